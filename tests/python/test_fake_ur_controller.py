@@ -102,7 +102,7 @@ def test_check_measures_without_moving():
         result = subprocess.run([PROGRAM, "check", "--host", address, "--seconds", "2"], capture_output=True, text=True, timeout=60)
         # On a machine that is busy with other things the verdict is what it is; then the exit code says so too.
         assert result.returncode == (1 if "NOT FIT" in result.stdout else 0), result.stderr
-        for words in ("software 5.12.0, RTDE 2, 500 Hz", "Robotmode: RUNNING", "Safetystatus: NORMAL", "round trip", "verdict", "cell               pedestal: the least margin is 10 mm"):
+        for words in ("software 5.12.0, RTDE 2, 500 Hz", "Robotmode: RUNNING", "Safetystatus: NORMAL", "round trip", "verdict", "cell               pedestal: the smallest margin is 10 mm"):
             assert words in result.stdout, result.stdout
         process.send_signal(signal.SIGTERM)
         out, _ = process.communicate(timeout=20)
@@ -138,7 +138,7 @@ def test_bad_input_ends_with_2_and_says_what_is_wrong(arguments, words):
     "arguments, said",
     [
         ([], "at 25 % of its speed and acceleration.\n"),
-        (["--speed", "1"], "at 100 % of its speed and acceleration, at 25 % until the first grip after 10 s of following.\n"),
+        (["--speed", "1"], "at 100 % of its speed and acceleration, at 25 % until the first engagement after 10 s of following.\n"),
         (["--speed", "1", "--set", "arm.first_moves=0"], "at 100 % of its speed and acceleration.\n"),
     ],
 )

@@ -60,7 +60,7 @@ def test_each_row_says_what_the_page_says(tmp_path, says, cause, cure):
         time.sleep(0.1)
         for _ in range(ATTEMPTS):
             said = run(step, address, str(tmp_path), seconds=1)
-            if "no word from the controller" not in said:  # a machine that has other things to do
+            if "no message from the controller" not in said:  # a machine that has other things to do
                 break
             time.sleep(0.5)
         assert says in said and "PASSED" not in said.replace("NOT PASSED", ""), said

@@ -124,7 +124,7 @@ def test_a_policy_and_a_person_take_turns_and_the_record_says_who_led(tmp_path, 
     reasons = [change.reason for change in session.changes]
     assert reasons.count("the arm follows the policy") == 2
     # The second where the policy was late just then, and the arm held.
-    assert {"the arm follows a new grip", "the arm follows the hand"} & set(reasons)
+    assert {"the arm is engaged", "the arm follows the hand"} & set(reasons)
     pytest.importorskip("pandas", reason="setup/requirements-dataset.txt is not installed")
     from steadyhand.dataset import cut
 

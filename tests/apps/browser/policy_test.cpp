@@ -158,7 +158,7 @@ TEST_F(Policy, APersonTakesOverFromWhereTheArmIsAndThePolicyGoesOn) {
   }
   const auto count = [&](const char* reason) { return std::count(changes.begin(), changes.end(), reason); };
   EXPECT_EQ(count("the arm follows the policy"), 4);
-  EXPECT_EQ(count("the arm follows a new grip"), 3);
+  EXPECT_EQ(count("the arm is engaged"), 3);
 }
 
 TEST_F(Policy, AHandThatWasClosedBeforeItsTurnTakesNothingOver) {
@@ -177,7 +177,7 @@ TEST_F(Policy, ThatFallsSilentHoldsTheArmAndGoesOnWhenItIsBack) {
   policy_speaks = false;
   run(1.5);
   EXPECT_EQ(look.state, State::kHolding);
-  EXPECT_EQ(look.reason, "no target of the policy came for a while");
+  EXPECT_EQ(look.reason, "no target of the policy was received for a while");
   EXPECT_EQ(look.target.leader, Leader::kPolicy) << "who is waited for";
   EXPECT_TRUE(at_rest());
   policy_speaks = true;

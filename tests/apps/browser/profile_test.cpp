@@ -162,7 +162,7 @@ TEST(Profiles, OneThatIsChosenInMotionTakesEffectAtRestAndAsAWhole) {
   ASSERT_TRUE(s.choose("gentle"));
   s.run(2.0);
   EXPECT_EQ(s.look.state, State::kReady) << "the hand has not opened since";
-  EXPECT_EQ(s.look.reason, "the new profile takes effect at rest: release and grip again");
+  EXPECT_EQ(s.look.reason, "the new profile starts after the arm has stopped: release and engage again");
   EXPECT_TRUE(s.look.command.dq.isZero(0.0));
   s.grip(2.0);
   EXPECT_LT(s.fastest(), 0.1 * (1.0 + 1e-4));

@@ -95,7 +95,7 @@ TEST_F(Turning, WithoutCommandsForTooLongItStops) {
   clock.advance(0.01);
   state = arm->receive();
   EXPECT_EQ(state.status, ArmStatus::kStopped);
-  EXPECT_EQ(state.reason, "no command came in time");
+  EXPECT_EQ(state.reason, "no command arrived in time");
   EXPECT_FALSE(state.carried_on);
 }
 

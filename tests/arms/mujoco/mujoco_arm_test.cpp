@@ -111,7 +111,7 @@ TEST_F(OnUr5e, DoesNotPressOnOnceItStopsByItself) {
   lean(*arm, 0.9, 2.0);
   ASSERT_GT(pressing, 100.0);
   for (int i = 0; i < 500; ++i) state = arm->receive();
-  EXPECT_EQ(state.reason, "no command came in time");
+  EXPECT_EQ(state.reason, "no command arrived in time");
   EXPECT_LT(arm->contact_force(), 0.1 * pressing);
 }
 
@@ -139,7 +139,7 @@ TEST(Contact, StopsTheArmAndDoesNotPressOn) {
     const double begin = session.now();
     session.hand = [=](double t) { return Pose{std::clamp(t - begin, 0.0, 1.0 / speed) * speed * way, {1, 0, 0, 0}}; };
     ASSERT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kStopping; }, 4.0)) << hand;
-    EXPECT_EQ(session.view.reason, "the arm is not where its commands lead");
+    EXPECT_EQ(session.view.reason, "the arm is not at its commanded position");
     double most = 0.0, pressing = 0.0;  // rad, N
     session.run(1.0);
     for (int i = 0; i < 30; ++i) {
@@ -213,12 +213,12 @@ TEST_F(OnUr5e, RefusesTasksThatTheirFilesDoNotFit) {
   EXPECT_NE(refusal(bad).find("tool.xml: has no body named 'tool'"), std::string::npos) << refusal(bad);
   bad = task;
   bad.stands_for.push_back("tail");
-  EXPECT_NE(refusal(bad).find("stand for body 'tail' of ur5e"), std::string::npos) << refusal(bad);
+  EXPECT_NE(refusal(bad).find("uses body 'tail' of ur5e"), std::string::npos) << refusal(bad);
   bad = task;
   bad.keeps_off[0].geom = "chair";
   const auto objects = kept_off(bad);
   ASSERT_FALSE(objects);
-  EXPECT_NE(objects.error().message.find("keeps off geom 'chair', which "), std::string::npos);
+  EXPECT_NE(objects.error().message.find("forbids contact with geom 'chair', which "), std::string::npos);
 }
 
 TEST(Robotiq2f85, ClosesAndOpensInItsTimeAndPadsStayParallel) {

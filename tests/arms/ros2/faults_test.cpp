@@ -348,8 +348,8 @@ TEST_F(Ros2Faults, JointStatesThatCannotBeUsedAreNamed) {
       {"carry no stamp", [](Settings& s) { s.stamp = Time(0); }},
       {"does not change, so trajectories cannot be timed", [](Settings& s) { s.stamp = s.epoch; }},
       {"a position that is not a finite number", [](Settings& s) { s.told_positions = NAN; }},
-      {"at less than 29 Hz", [](Settings& s) { s.states_every = 20; }},
-      {"at less than 29 Hz", [](Settings& s) { s.states_every = 50; }},
+      {"have less than 29 Hz", [](Settings& s) { s.states_every = 20; }},
+      {"have less than 29 Hz", [](Settings& s) { s.states_every = 50; }},
       {"real-time factor of 1", [](Settings& s) { s.pace = 0.95; }},
       {"real-time factor of 1", [](Settings& s) { s.pace = 2.0; }},
       {"is beyond its position limits, ", [this](Settings&) { model.position_max[2] = -M_PI; }}};
@@ -388,7 +388,7 @@ TEST_F(Ros2Faults, AWrongNumberOfJointsStopsTheArm) {
   start();
   swing();
   controller().hide_joint(true);
-  expect_rest("no joint states that name");
+  expect_rest("no joint states with this");
   controller().hide_joint(false);
   expect_follows_after_restart();
 }
@@ -415,7 +415,7 @@ TEST_F(Ros2Faults, SomebodyElsesTrajectoriesStopTheArm) {
   message.header.frame_id = frame.data();
   EXPECT_TRUE(other->send(message));
   EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
-  EXPECT_NE(state.reason.find("somebody else"), std::string_view::npos) << state.reason;
+  EXPECT_NE(state.reason.find("another program"), std::string_view::npos) << state.reason;
   EXPECT_EQ(controller().refused(), 1u);  // that one was empty
   EXPECT_LT(controller().arm().dq().norm(), 0.02);
 }
@@ -517,12 +517,12 @@ TEST_F(Ros2Faults, AProtectiveStopIsNoticedAndNothingJumpsAfterIt) {
     while (state.status == ArmStatus::kFollowing && to_seconds(clock.now() - begin) < 1.0) (void)run(1e-3);
     const double braking = 0.5 * speed / (behaviour.hardware_acceleration * model.acceleration_max.minCoeff());
     EXPECT_LT(to_seconds(clock.now() - begin), settings.path_tolerance / speed + braking + 0.02);
-    EXPECT_NE(state.reason.find("not where its commands lead"), std::string_view::npos) << state.reason;
+    EXPECT_NE(state.reason.find("not at its commanded position"), std::string_view::npos) << state.reason;
     EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
 
     arm->restart();  // locked as it is: it stops again as soon as it should move, or does not begin
     EXPECT_EQ(run(6.0).status, ArmStatus::kStopped);
-    const std::string_view why = behaviour.stopper ? "is not active" : "not where its commands lead";
+    const std::string_view why = behaviour.stopper ? "is not active" : "not at its commanded position";
     EXPECT_NE(state.reason.find(why), std::string_view::npos) << state.reason;
 
     const JointVector stood = controller().arm().q();

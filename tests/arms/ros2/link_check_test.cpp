@@ -76,7 +76,7 @@ TEST(Ros2Link, SaysWhatToChange) {
   EXPECT_FALSE(judge(r, {}).fit);
   r = measure([](int) { return 3e-4; });
   r.commanders = 3;
-  EXPECT_TRUE(says(r, "somebody else sent 3"));
+  EXPECT_TRUE(says(r, "another program sent 3"));
   r = measure([](int) { return 3e-4; });
   r.grippers = 1;
   EXPECT_TRUE(judge(r, {}).fit);
@@ -102,7 +102,7 @@ TEST(Ros2Link, SaysWhatToChange) {
   EXPECT_TRUE(says(r, "wakes up to 20.0 ms"));
   r = measure([](int) { return 3e-4; });
   r.seconds = 100.0;
-  EXPECT_TRUE(says(r, "come at 50 Hz"));
+  EXPECT_TRUE(says(r, "have 50 Hz"));
 }
 
 TEST(Ros2Link, StampsThatAreNoTimeOfMeasurementAreUnfit) {

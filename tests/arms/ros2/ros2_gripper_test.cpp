@@ -208,7 +208,7 @@ TEST_F(Ros2GripperTest, AnotherClientsGoalsAreNoticed) {
   run();
   server->take_other();
   run();
-  expect_trouble("somebody else");
+  expect_trouble("another program");
   gripper->restart();
   run();
   EXPECT_EQ(gripper->why_not(), "");

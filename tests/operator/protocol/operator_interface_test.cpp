@@ -184,8 +184,8 @@ TEST_F(DeskWithTable, WhatTheToolCarriesIsNotMovedByOthersAndMayVanish) {
   const Status moved = set("bottle", ball({0.6, 0, 0.8}));
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().message, "object 'bottle' is carried by the tool; detach it first");
-  EXPECT_EQ(carry(Kind::kDetach, "bottle"), "the arm has not said yet where it is") << "it has not started";
-  EXPECT_EQ(carry(Kind::kAttach, "table"), "the arm has not said yet where it is");
+  EXPECT_EQ(carry(Kind::kDetach, "bottle"), "the arm has not reported its position yet") << "it has not started";
+  EXPECT_EQ(carry(Kind::kAttach, "table"), "the arm has not reported its position yet");
   EXPECT_TRUE(set("bottle", {}));
   EXPECT_EQ(cell().objects.size(), 1u);
 }

@@ -109,7 +109,7 @@ TEST_F(Faults, AnotherHandsFirstGripIsFollowedHoweverSoonItComes) {
   };
   EXPECT_LT(largest_move([&] { session.run(1.0); }), 1.2 * usual);  // it takes hold of the glass where that is
   EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
-  EXPECT_EQ(session.view.reason, "the arm follows a new grip");
+  EXPECT_EQ(session.view.reason, "the arm is engaged");
 }
 
 TEST_F(Faults, AnotherHandThatComesWithItsClutchClosedIsNotFollowed) {
@@ -331,7 +331,7 @@ TEST_F(Faults, AnArmThatIsPushedOffItsPlanStopsAndIsTakenOverWhereItStands) {
   session.arm().push(JointVector::Constant(6, 0.3));
   session.run(0.01);
   EXPECT_EQ(session.state(), State::kStopping);
-  EXPECT_EQ(session.view.reason, "the arm is not where its commands lead");
+  EXPECT_EQ(session.view.reason, "the arm is not at its commanded position");
   session.run(0.5);
   session.ask_reset();
   EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5)) << session.view.reason;
@@ -405,7 +405,7 @@ TEST(Stalls, AControlLoopThatSleptStopsTheArm) {
     session.clock().advance(0.15);
     session.cycle();
     EXPECT_EQ(session.state(), timeout > 0.15 ? State::kStopping : State::kFault) << session.view.reason;
-    EXPECT_EQ(session.view.reason, timeout > 0.15 ? "the control loop stalled" : "no command came in time");
+    EXPECT_EQ(session.view.reason, timeout > 0.15 ? "the control loop stalled" : "no command arrived in time");
     EXPECT_TRUE(session.run_until([&] { return session.at_rest(); }, 0.5));
     const JointVector q = session.last_command.q;
     session.run(1.0);

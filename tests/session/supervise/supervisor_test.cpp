@@ -146,7 +146,7 @@ TEST(Supervisor, ItsCausesAreOfAHandAndAnEvent) {
   input.hand.settings_wait = true;
   EXPECT_EQ(other.step(input), State::kReady);
   EXPECT_EQ(to_string(other.supervisor.cause().code), "profile_waits");
-  EXPECT_EQ(other.supervisor.reason(), "the new profile takes effect at rest: release and grip again");
+  EXPECT_EQ(other.supervisor.reason(), "the new profile starts after the arm has stopped: release and engage again");
 }
 
 /// A recorded hand has no device that falls silent, and nobody to release it.
@@ -164,7 +164,7 @@ TEST(Supervisor, SaysOfADemoMotionWhatIsTrueOfIt) {
   EXPECT_EQ(d.supervisor.reason(), "the arm follows the demo motion");
   input.hand.received -= std::chrono::milliseconds(300);
   EXPECT_EQ(d.step(input), State::kReady);
-  EXPECT_EQ(d.supervisor.reason(), "the demo motion was held up");
+  EXPECT_EQ(d.supervisor.reason(), "the demo motion was delayed");
 }
 
 TEST(Supervisor, EveryStateCanStopAndCanBeLeftAndNoRowIsThereTwice) {

@@ -31,9 +31,10 @@ constexpr double kFirstSpeed = 0.25;  ///< of a real arm: in its first moves, an
 
 std::string follows(const ArmChoice& choice, double speed) {
   const bool slow_first = choice.first_speed_scaling() < 1.0 && choice.first_moves > 0.0;
-  const std::string first = slow_first ? fmt::format(", at {:.0f} % until the first grip after {:g} s of following",
-                                                     100.0 * choice.first_speed_scaling() * speed, choice.first_moves)
-                                       : "";
+  const std::string first = slow_first
+                                ? fmt::format(", at {:.0f} % until the first engagement after {:g} s of following",
+                                              100.0 * choice.first_speed_scaling() * speed, choice.first_moves)
+                                : "";
   return fmt::format("it follows the hand at {:.0f} % of its speed and acceleration{}", 100.0 * speed, first);
 }
 
@@ -45,8 +46,8 @@ std::string follows(const ArmChoice& choice, double speed) {
   const double most = std::atan2(glass.height - glass.fill, glass.radius);
   if (tilt < most) return "";
   return fmt::format(
-      "note: where the arm stands the glass is tilted by {:.0f} degrees; filled as it is it spills from {:.0f} on: "
-      "begin with it upright\n",
+      "note: at the arm's position the glass is tilted by {:.0f} degrees; at its fill level it spills from {:.0f}: "
+      "start with the glass upright\n",
       tilt * 180.0 / M_PI, most * 180.0 / M_PI);
 }
 
@@ -56,14 +57,14 @@ Status confirm(const ArmChoice& choice, const std::string& what) {
   std::cout << fmt::format(
                    "The arm {} will MOVE: {}.\n"
                    "It does not see you, nor anything that is not in its robot and cell files.\n"
-                   "Nobody within its reach; a hand on the emergency stop. "
+                   "Keep people out of its reach, and a hand on the emergency stop. "
                    "See docs/how-to/before-a-real-arm.md and docs/{}.\n",
                    choice.kind()->has_host ? "at " + choice.host : "behind the ROS 2 controller", what,
                    choice.kind()->guide)
             << std::flush;
   if (choice.yes) return Done{};
   if (isatty(STDIN_FILENO) == 0)
-    return Error{"nobody is there to be asked whether the arm may move; --yes says that it may"};
+    return Error{"the program cannot ask whether the arm may move (no terminal); add --yes to allow it"};
   std::cout << "Go on? Type yes: " << std::flush;
   std::string answer;
   std::getline(std::cin, answer);
@@ -82,14 +83,14 @@ Status take_calibration(const ArmChoice& choice, RobotModel& model) {
   UrPrimary primary(*std::move(socket));
   const auto kinematics = read_kinematics(primary, kTimeout);
   if (!kinematics) {
-    std::cout << "note: the controller does not tell what its factory measured of the arm; the robot file counts\n";
+    std::cout << "note: the controller does not send the arm's calibration; the robot file is used\n";
     return Done{};
   }
   UrDeviation deviation;
   auto calibrated = calibrate(model, *kinematics, deviation);
   if (!calibrated) return calibrated.error();
   model = *std::move(calibrated);
-  std::cout << fmt::format("the arm's own kinematics: its tool is {:.1f} mm from where the robot file has it\n",
+  std::cout << fmt::format("the arm's calibration: its tool is {:.1f} mm from that of the robot file\n",
                            1e3 * deviation.tool_m);
   return Done{};
 }

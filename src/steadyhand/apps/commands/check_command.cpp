@@ -128,7 +128,7 @@ Result<Measured> measure(RtdeClient& client, double seconds, const StopSignals& 
   Measured measured;
   Time asked = clock.now();
   while (clock.now() < end) {
-    if (!client.wait(kTimeout)) return Error{"no word from the controller for 3 s"};
+    if (!client.wait(kTimeout)) return Error{"no message from the controller for 3 s"};
     const Socket::Outcome outcome = client.fill();
     const Time arrival = clock.now();
     if (outcome == Socket::Outcome::kClosed) return Error{"the controller closed the connection while it was measured"};
@@ -162,7 +162,7 @@ UrLinkVerdict print(const Measured& m) {
   std::cout << fmt::format(
       "measured           {:.1f} s, {} states, {} left out by the controller, {} packets sent again\n"
       "this machine       wakes late by {}\n"
-      "states             come late by {}; longest gap {:.2f} ms\n"
+      "states             late by {}; longest gap {:.2f} ms\n"
       "round trip         {} (a cycle is {:.0f} ms)\n",
       r.seconds, r.packages, r.skipped, r.retransmitted, format_times(r.wake), format_times(r.late),
       r.longest_gap / 1e3, format_times(r.round_trip), 1e3 / r.rate_hz);
@@ -190,7 +190,7 @@ UrLinkVerdict print(const Measured& m) {
   const UrProgramSettings program;
   const UrLinkJudgement j = judge(r, program.bridged, program.timeout);
   for (const std::string& finding : j.findings) std::cout << "to change          " << finding << "\n";
-  const char* words = j.verdict == UrLinkVerdict::kFit ? "FIT: set-points never came later than the controller bridges"
+  const char* words = j.verdict == UrLinkVerdict::kFit ? "FIT: no set-point was later than the controller tolerates"
                       : j.verdict == UrLinkVerdict::kFitWithCare
                           ? "FIT WITH CARE: at times the arm slows down for lack of set-points"
                           : "NOT FIT: the arm would stop for lack of set-points";
@@ -218,13 +218,13 @@ Status run_ros2(const Options& options, int& exit_code) {
   std::cout << fmt::format(
       "measured           {:.1f} s, {} states of this arm, {} of others; {} publishers, {} controllers listen\n"
       "this machine       wakes late by {}\n"
-      "states             come late by {}; longest gap {:.2f} ms\n",
+      "states             late by {}; longest gap {:.2f} ms\n",
       r.seconds, r.states, r.strangers, r.publishers, r.controllers, format_times(r.wake), format_times(r.late),
       r.longest_gap / 1e3);
   const Ros2LinkJudgement j = judge(r, settings.ros2, *model);
   for (const std::string& finding : j.findings) std::cout << "to change          " << finding << "\n";
   std::cout << fmt::format("verdict            {}\n",
-                           j.fit ? "FIT: joint states never stayed away for as long as stops the arm"
+                           j.fit ? "FIT: no gap of the joint states was long enough to stop the arm"
                                  : "NOT FIT: the arm would stop, or not start");
   if (!j.fit) exit_code = 1;
   return Done{};
@@ -238,7 +238,7 @@ std::string describe_home(const RobotModel& model, const std::array<double, 6>& 
   for (int i = 0; i < model.dof(); ++i) away = std::max(away, std::abs(q[i] - model.home[i]));
   return fmt::format(
       "home               {:.0f} mm between its nearest parts, the glass {:.0f} mm above the base's plane; "
-      "the arm stands up to {:.0f} degrees from it\n",
+      "the arm is up to {:.0f} degrees from it\n",
       1e3 * clearance(kinematics), 1e3 * kinematics.p().z(), away * 180.0 / M_PI);
 }
 
@@ -259,18 +259,19 @@ std::string describe_margins(const RobotModel& model, const Cell& cell, const st
   }
   for (const CellObject& object : cell.objects) margin = std::min(margin, object.margin);
   return fmt::format(
-      "cell               {}: the least margin is {:.0f} mm; before the arm stops its joints may be {:g} rad off their "
-      "commands, and where it stands a body {:.0f} mm: margins are kept {}\n",
+      "cell               {}: the smallest margin is {:.0f} mm; before the arm stops, its joints may be {:g} rad from "
+      "their "
+      "commands, and here a body {:.0f} mm: margins are kept {}\n",
       cell.name, 1e3 * margin, tolerance, 1e3 * off,
-      off < margin ? "by the arm, too" : "by what is commanded, not by the arm");
+      off < margin ? "by the arm, too" : "by the commands, not by the arm");
 }
 
 /// What the stage does, in words for who is asked whether it may.
 std::string describe_stage(Stage stage, double seconds) {
   const StageMotion m = motion_of(stage);
-  if (stage == Stage::kHold) return fmt::format("a program of ours holds it where it stands, for {:g} s", seconds);
+  if (stage == Stage::kHold) return fmt::format("our program holds it at its position for {:g} s", seconds);
   return fmt::format(
-      "each joint goes {:.1f} rad back and forth at up to {:.0f} % of its speed, for about {:g} s, {}; "
+      "each joint moves {:.1f} rad back and forth at up to {:.0f} % of its speed, for about {:g} s, {}; "
       "objects of the cell are not avoided",
       m.way, 100.0 * m.speed_scaling, seconds,
       stage == Stage::kGlass ? "with a glass of liquid" : "with an empty gripper or an empty glass");
@@ -306,7 +307,7 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
   };
   const StageReport r = std::async(std::launch::async, lead).get();
   std::cout << fmt::format(
-      "stage {}         followed for {:.1f} s, {} cycles, {} slept through; states up to {:.2f} ms off their cycle\n"
+      "stage {}         followed for {:.1f} s, {} cycles, {} missed; states up to {:.2f} ms from their cycle\n"
       "strays             up to {:.2f} mrad from where it was commanded\n",
       options.stage, r.seconds, r.cycles, r.late, 1e3 * r.jitter, 1e3 * r.stray);
   if (r.delay > 0.0) {
@@ -353,7 +354,7 @@ Status run(const Options& options, int& exit_code) {
     return Error{fmt::format("--stage is '{}'; it is read, hold, slow, empty or glass", options.stage)};
   }
   if (options.stage != "read" && options.seconds > kLongestStage) {
-    return Error{fmt::format("--seconds is {}; a stage in which the arm may move takes {} s at most", options.seconds,
+    return Error{fmt::format("--seconds is {}; a stage in which the arm may move has at most {} s", options.seconds,
                              kLongestStage)};
   }
 #ifdef STEADYHAND_ROS2
@@ -405,8 +406,7 @@ void add_check_command(CommandLine& app, Command& chosen, int& exit_code) {
   const auto options = std::make_shared<Options>();
   options->arm.arm = kUniversalRobots.name;
   CommandLine* command = app.add_subcommand(
-      "check",
-      "Is this machine and network fit to lead that arm, and the arm to be led? Nothing moves but in a --stage");
+      "check", "Test whether machine, network and arm are fit for a session; the arm moves only in a --stage");
   command->add_option("--arm", options->arm.arm, "ur (Universal Robots), or ros2")->capture_default_str();
   command->add_option("--settings", options->settings.file,
                       "YAML file of settings; a stage that measures the delay writes it there");
@@ -422,7 +422,7 @@ void add_check_command(CommandLine& app, Command& chosen, int& exit_code) {
   command->add_option("--set", options->settings.assignments, "KEY=VALUE of any setting, also several")
       ->expected(1, -1);
   add_host_options(*command, options->arm);
-  command->add_option("--seconds", options->seconds, "Measure for so long")->capture_default_str();
+  command->add_option("--seconds", options->seconds, "Time to measure, s")->capture_default_str();
   command->add_flag("--unlock-protective-stop", options->unlock,
                     "Ask the dashboard to unlock a protective stop first: only after you have seen why it stopped");
   command->footer("Exit code 1 if the verdict is NOT FIT or NOT PASSED.");

@@ -84,8 +84,9 @@ Status check_stage(Stage stage, const RobotModel& model, const JointVector& q) {
     }
     kinematics.set_position(at);
     if (const double gap = clearance(kinematics); gap < kApart) {
-      return Error{fmt::format("the arm would come within {:.0f} mm of itself: move it into the open at the pendant",
-                               1e3 * gap)};
+      return Error{fmt::format(
+          "the distance between the arm's bodies would be {:.0f} mm: move the arm into free space with the pendant",
+          1e3 * gap)};
     }
   }
   return Done{};
@@ -100,7 +101,7 @@ StageReport run_stage(Stage stage, Arm& arm, const RobotModel& model, double sec
     state = arm.receive();
   }
   if (state.status != ArmStatus::kFollowing) {
-    report.stopped = state.status == ArmStatus::kStopped ? std::string(state.reason) : "it does not begin to follow";
+    report.stopped = state.status == ArmStatus::kStopped ? std::string(state.reason) : "it does not start to follow";
     return report;
   }
   const Swing swing(stage, model, state.joints.q, seconds);

@@ -46,7 +46,7 @@ void PositionInterface::advance(Time now) {
   if (status_ == ArmStatus::kStarting && now >= following_since_) status_ = ArmStatus::kFollowing;
   if (status_ == ArmStatus::kFollowing &&
       to_seconds(now - std::max(last_.stamp.made, following_since_)) > settings_.command_timeout) {
-    stop("no command came in time");
+    stop("no command arrived in time");
   }
 }
 

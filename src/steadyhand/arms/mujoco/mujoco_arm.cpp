@@ -230,7 +230,7 @@ const SceneModel& MujocoArm::scene_model() const { return *simulation_->scene; }
 Status MujocoArm::show_views() {
   const mjModel* m = simulation_->scene->model.get();
   if (const int numbers = m->nq + 7 * m->nmocap; numbers > SceneView::kMaxNumbers) {
-    return Error{fmt::format("{} has {} numbers for where its things are; cameras take {} at most",
+    return Error{fmt::format("{} has {} numbers for the poses of its things; cameras allow at most {}",
                              task_.scene.empty() ? "the arm" : task_.scene, numbers, SceneView::kMaxNumbers)};
   }
   shows_views_ = true;

@@ -28,7 +28,7 @@ using Spec = std::unique_ptr<mjSpec, FreeSpec>;
 Error failure(const std::filesystem::path& file, const char* reason) {
   std::string line(reason);
   std::replace(line.begin(), line.end(), '\n', ' ');
-  return Error{fmt::format("{}: MuJoCo says: {}", file.string(), line)};
+  return Error{fmt::format("{}: MuJoCo reports: {}", file.string(), line)};
 }
 
 Result<Spec> parse(const std::filesystem::path& file) {
@@ -255,8 +255,8 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
   for (const std::string& name : task.stands_for) {
     const bool known = std::any_of(arm.bodies.begin(), arm.bodies.end(), [&](const Body& b) { return b.name == name; });
     if (!known)
-      return Error{fmt::format("task '{}' has its tool stand for body '{}' of {}, which has no such body", task.name,
-                               name, arm.name)};
+      return Error{
+          fmt::format("task '{}' uses body '{}' of {} as tool, which has no such body", task.name, name, arm.name)};
   }
   const auto of_scene = [&](const std::string& name) {
     const auto is_placed = [&](const Placing& placing) {
@@ -367,11 +367,12 @@ Result<std::vector<CellObject>> kept_off(const Task& task) {
   const mjModel& model = *scene->model;
   for (const KeptOff& each : task.keeps_off) {
     const auto refuse = [&](const std::string& reason) {
-      return Error{fmt::format("task '{}' keeps off geom '{}', {}", task.name, each.geom, reason)};
+      return Error{fmt::format("task '{}' forbids contact with geom '{}', {}", task.name, each.geom, reason)};
     };
     const int id = mj_name2id(&model, mjOBJ_GEOM, each.geom.c_str());
     if (id < 0) return refuse("which " + task.scene + " does not have");
-    if (model.body_weldid[model.geom_bodyid[id]] != 0) return refuse("which moves; only what stands is kept off");
+    if (model.body_weldid[model.geom_bodyid[id]] != 0)
+      return refuse("which moves; only stationary geoms can be obstacles");
     auto object = solid(model, id, transform(scene->data->geom_xpos + 3 * id, scene->data->geom_xmat + 9 * id));
     if (!object) return refuse(kKinds);
     object->name = each.geom;

@@ -35,7 +35,7 @@ std::string describe(JointStateFault fault, const std::string& topic) {
     case JointStateFault::kNone:
       return "";
     case JointStateFault::kOtherJoints:
-      return fmt::format("no joint states that name this arm's joints come from {}", topic);
+      return fmt::format("no joint states with this arm's joints are received from {}", topic);
     case JointStateFault::kCounts:
       return fmt::format("joint states on {} have more or fewer positions than names: correct their publisher", topic);
     case JointStateFault::kNotFinite:

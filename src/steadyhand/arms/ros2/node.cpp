@@ -32,8 +32,8 @@ using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
 using DdsListener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
 
 Error failure(const std::string& what, dds_return_t code) {
-  return Error{fmt::format("{}: {} (Cyclone DDS; CYCLONEDDS_URI may hold a configuration that is wrong)", what,
-                           dds_strretcode(code))};
+  return Error{
+      fmt::format("{}: {} (Cyclone DDS; check the configuration in CYCLONEDDS_URI)", what, dds_strretcode(code))};
 }
 
 /// On DDS the topics of ROS begin with rt, and those of services with rq and rr.

@@ -28,7 +28,7 @@ constexpr Time kGripperTurn = std::chrono::milliseconds(10);
 constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
 /// The controller knows why, its topics do not tell.
 constexpr std::string_view kOffPath =
-    "the arm is not where its commands lead: stopped protectively, held up, or slowed down at its controller";
+    "the arm is not at its commanded position: protective stop, obstruction, or reduced speed at its controller";
 
 bool same(const JointCommand& a, const JointCommand& b) {
   return a.q.size() == b.q.size() && (a.q - b.q).cwiseAbs().maxCoeff() <= kOnPlan &&
@@ -43,7 +43,7 @@ Result<std::unique_ptr<Ros2Arm>> Ros2Arm::make(const RobotModel& model, const Ro
   if (!(s.state_timeout + 1.0 / s.rate_hz < s.look_ahead)) {
     return Error{fmt::format(
         "ros2.look_ahead is {} s; it must be more than ros2.state_timeout and the time between two trajectories "
-        "together, {:.4g} s: otherwise what was held up on its way would still be sent, too late",
+        "together, {:.4g} s: otherwise commands after a delay would still be sent, too late",
         s.look_ahead, s.state_timeout + 1.0 / s.rate_hz)};
   }
   if ((s.look_ahead + to_seconds(kMargin)) * s.control_rate_hz > TrajectoryOrder::kCommands) {
@@ -244,7 +244,7 @@ void Ros2Arm::proceed() {
   switch (phase_) {
     case Phase::kWaiting:
       if (why.empty() && standing()) return begin_settling();
-      if (long_ago(settings_.start_within)) stop(why.empty() ? "the arm is not at rest: something moves it" : why);
+      if (long_ago(settings_.start_within)) stop(why.empty() ? "the arm is not stationary: something moves it" : why);
       return;
     case Phase::kSettling:
       if (!why.empty()) return stop(why);
@@ -263,11 +263,12 @@ void Ros2Arm::proceed() {
       lets_go_ = true;  // whatever stops it now, the controller is not to take up again what it has
       if (!why.empty()) return stop(why);
       if (off_path()) return stop(kOffPath);
-      if (misled()) return stop("the controller does not execute what it was sent: slowed down, or led by others");
-      if (stepped()) return stop("the joints stepped: they moved further than they were told to");
+      if (misled())
+        return stop("the controller does not execute its trajectories: reduced speed, or commands of another program");
+      if (stepped()) return stop("the joints jumped: they moved further than commanded");
       lets_go_ = false;
       if (to_seconds(state_.joints.stamp.made - last_command_) > settings_.command_timeout) {
-        stop("no command came in time");
+        stop("no command arrived in time");
       }
       return;
     case Phase::kStopped:

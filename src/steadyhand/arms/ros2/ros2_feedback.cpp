@@ -30,7 +30,7 @@ Ros2Feedback::Ros2Feedback(const Ros2Settings& settings, const Clock& clock, con
       state_timeout_(from_seconds(settings.state_timeout)),
       no_controller_(fmt::format("no controller listens to {}", topic)),
       not_active_(fmt::format("the controller {} is not active", settings.controller)),
-      seldom_(fmt::format("joint states come from {} at less than {:.0f} Hz: raise the controller manager's "
+      seldom_(fmt::format("joint states from {} have less than {:.0f} Hz: raise the controller manager's "
                           "update_rate, or ros2.state_timeout and ros2.look_ahead",
                           settings.joint_states, 1.0 / settings.state_timeout)),
       joints_(names),
@@ -139,7 +139,7 @@ std::string_view Ros2Feedback::why_not() const {
     case Trouble::kTwoStatePublishers:
       return "two publishers send states of this arm's joints";
     case Trouble::kTwoCommanders:
-      return "somebody else sends trajectories to the controller";
+      return "another program sends trajectories to the controller";
     case Trouble::kClockJumped:
       return "the clock of the controller's machine was set";
     case Trouble::kThrew:

@@ -58,7 +58,7 @@ Ros2Gripper::Ros2Gripper(Ros2Node& node, const Ros2GripperSettings& settings, co
       silent_(fmt::format("the gripper's action server at {} does not answer", settings.action)),
       rejected_(fmt::format("the gripper's action server at {} rejected a goal", settings.action)),
       gave_up_(fmt::format("the gripper's action server at {} gave up a goal", settings.action)),
-      taken_over_(fmt::format("somebody else sends goals to the gripper at {}", settings.action)),
+      taken_over_(fmt::format("another program sends goals to the gripper at {}", settings.action)),
       services_(
           node, settings.action, settings.joint, [this](bool accepted) { hear_answer(accepted); },
           [this](double position, bool stalled) { hear_result(position, stalled); }),

@@ -61,10 +61,10 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s, const Ro
   }
   if (r.states == 0) {
     if (!j.findings.empty()) return j;
-    say(
-        fmt::format("no joint states that name this arm's joints come from {}, {} that do not: is the driver running, "
-                    "in this domain, with these names (ros2.joint_states, ros2.prefix, ros2.joints)?",
-                    s.joint_states, r.strangers));
+    say(fmt::format(
+        "no joint states with this arm's joints are received from {}, {} with others: is the driver running, "
+        "in this domain, with these names (ros2.joint_states, ros2.prefix, ros2.joints)?",
+        s.joint_states, r.strangers));
     return j;
   }
   if (r.publishers > 1) {
@@ -90,15 +90,15 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s, const Ro
                     s.controller));
   } else if (!r.active) {
     say(
-        fmt::format("{} listens, but is not active (nothing comes from {}/controller_state): ros2 control "
+        fmt::format("{} listens, but is not active (no messages on {}/controller_state): ros2 control "
                     "switch_controllers --activate {}",
                     s.controller, s.controller, s.controller.substr(s.controller.rfind('/') + 1)));
   }
   if (r.speed_scaling < 99.9) {
-    say(
-        fmt::format("{} tells of {:.4g} %; below 100 nothing moves: set the arm's speed slider to 100 %, and start its "
-                    "program",
-                    s.speed_scaling, r.speed_scaling));
+    say(fmt::format(
+        "{} reports {:.4g} %; below 100 the arm does not move: set its speed slider to 100 %, and start its "
+        "program",
+        s.speed_scaling, r.speed_scaling));
   }
   if (r.grippers && *r.grippers != 1) {
     say(
@@ -107,12 +107,12 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s, const Ro
                     *r.grippers, s.gripper.action));
   }
   if (r.commanders > 0) {
-    say(fmt::format("somebody else sent {} trajectories to {}: end that program", r.commanders, s.controller));
+    say(fmt::format("another program sent {} trajectories to {}: end that program", r.commanders, s.controller));
   }
   j.fit = j.findings.empty() && r.longest_gap < silence && r.late.max < silence;
   if (r.longest_gap >= 0.5 * silence || r.late.max >= 0.5 * silence) {
     say(
-        fmt::format("joint states stayed away for up to {:.1f} ms, came up to {:.1f} ms late; {:.0f} ms stop the arm "
+        fmt::format("joint states had gaps of up to {:.1f} ms and were up to {:.1f} ms late; {:.0f} ms stop the arm "
                     "(ros2.state_timeout, and with it ros2.look_ahead)",
                     1e-3 * r.longest_gap, 1e-3 * r.late.max, 1e-3 * silence));
   }
@@ -125,7 +125,7 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s, const Ro
   const double rate = r.seconds > 0.0 ? static_cast<double>(r.states) / r.seconds : 0.0;
   if (rate < 4.0 / s.state_timeout) {
     say(
-        fmt::format("joint states come at {:.0f} Hz; {:.0f} would leave room for a lost one: raise the controller "
+        fmt::format("joint states have {:.0f} Hz; {:.0f} would tolerate a lost one: raise the controller "
                     "manager's update_rate, or ros2.state_timeout",
                     rate, 4.0 / s.state_timeout));
   }

@@ -76,7 +76,7 @@ Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType a
   const auto bytes = request.packet();
   if (!request.ok()) return Error{"an RTDE request is longer than the protocol allows"};
   if (!socket_.send_all({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, timeout)) {
-    return Error{"the controller closed the RTDE connection; does another program hold it?"};
+    return Error{"the controller closed the RTDE connection; does another program use it?"};
   }
   const auto until = std::chrono::steady_clock::now() + timeout;
   for (;;) {
@@ -86,7 +86,7 @@ Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType a
     }
     const Time left = until - std::chrono::steady_clock::now();
     const Socket::Outcome outcome = fill();
-    if (framer_.broken()) return Error{"what answers does not speak RTDE; is this port 30004 of a controller?"};
+    if (framer_.broken()) return Error{"the answer is not RTDE; is this port 30004 of a controller?"};
     if (outcome == Socket::Outcome::kClosed) return Error{"the controller closed the RTDE connection"};
     if (left <= Time(0) || (outcome == Socket::Outcome::kNothing && !socket_.wait_readable(left))) {
       return Error{

@@ -147,7 +147,7 @@ void UniversalRobotsArm::read_script() {
       const std::string_view text = message.text.substr(0, 120);
       if (message.code == kUrReadOnly) {
         stop(
-            "the controller takes no programs from here (C210): switch it to remote control at the pendant, then "
+            "the controller accepts no programs from here (C210): switch it to remote control with the pendant, then "
             "reset");
       } else if (message.kind == UrMessage::Kind::kException) {
         stop(words(next_words(), "runtime error on the controller, line {}: {}", message.line, text));
@@ -180,7 +180,7 @@ ArmState UniversalRobotsArm::receive() {
     const bool idle = phase_ < Phase::kFollowing;
     if (rtde_ && (!silent_ || idle)) {
       silent_ = true;
-      if (!idle || long_ago(settings_.start_within)) stop("no word from the controller");
+      if (!idle || long_ago(settings_.start_within)) stop("no message from the controller");
     }
     keep_time_alone();
   }
@@ -284,7 +284,7 @@ void UniversalRobotsArm::begin_program() {
   if (runs) send_input(nullptr);
   if (runs || !stands || !(away <= settings_.start_tolerance)) {
     if (!long_ago(settings_.start_within)) return;
-    return stop("the arm is not at rest where its controller wants it: nothing may push it");
+    return stop("the arm is not stationary at its controller's set-point: remove what pushes it");
   }
   if (!(report_.slider >= kFullSpeed)) {
     return stop(words(next_words(), "the speed slider is at {:.0f} %: move it to 100 % at the pendant",
@@ -368,7 +368,7 @@ void UniversalRobotsArm::watch_program() {
                       "the controller slows the arm down to {:.0f} %: the speed slider, or its safety limits",
                       100.0 * report_.scaling * report_.slider));
   }
-  if (!counts_cycles()) stop("the program on the controller loses cycles: it is too slow, or slowed down");
+  if (!counts_cycles()) stop("the program on the controller misses cycles: it is too slow, or its speed is reduced");
 }
 
 /// The program's cycles against the controller's clock, a second at a time.

@@ -69,8 +69,8 @@ Result<RobotModel> calibrate(const RobotModel& model, const UrKinematics& kinema
   if (!(deviation.joint_m < kOtherArm) || !(deviation.joint_rad < kOtherAxis) ||
       !(deviation.tool_m < 2.0 * kOtherArm)) {
     return Error{fmt::format(
-        "the arm that answers is no '{}': its axes are up to {:.0f} mm and {:.1f} degrees from where "
-        "the robot file has them; choose its own with --robot",
+        "the connected arm is not a '{}': its axes are up to {:.0f} mm and {:.1f} degrees from those of "
+        "the robot file; choose this arm's file with --robot",
         model.name, 1e3 * std::max(deviation.joint_m, deviation.tool_m), deviation.joint_rad * 180.0 / M_PI)};
   }
   return best;

@@ -11,7 +11,7 @@ Result<UrDashboard> UrDashboard::connect(const std::string& host, std::uint16_t 
   const auto greeting = dashboard.lines_.line();
   if (!greeting) return greeting.error();
   if (greeting->find("Dashboard") == std::string::npos) {
-    return Error{fmt::format("{}:{} is no dashboard; it says '{}'", host, port, greeting->substr(0, 60))};
+    return Error{fmt::format("{}:{} is not a dashboard; its answer is '{}'", host, port, greeting->substr(0, 60))};
   }
   return dashboard;
 }

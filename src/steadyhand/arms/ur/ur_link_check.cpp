@@ -55,13 +55,12 @@ UrLinkJudgement judge(const UrLinkReport& r, int bridged, double timeout) {
                                                      : UrLinkVerdict::kUnfit;
   if (r.packages == 0 || r.echoes == 0) {
     j.verdict = UrLinkVerdict::kUnfit;
-    j.findings.push_back(
-        "the controller does not send back what it was sent: is another program writing its registers?");
+    j.findings.push_back("the controller does not return its registers unchanged: does another program write them?");
     return j;
   }
   const auto say = [&](std::string line) { j.findings.push_back(std::move(line)); };
   if (worst >= 0.5 * stop) {
-    say(fmt::format("the longest delay, {:.1f} ms, comes near the {:.0f} ms after which the arm stops by itself",
+    say(fmt::format("the longest delay, {:.1f} ms, is close to the {:.0f} ms after which the arm stops by itself",
                     1e-3 * worst, 1e-3 * stop));
   }
   if (r.wake.p999 > 0.25 * period || r.wake.max > bridge) {

@@ -34,8 +34,8 @@ std::string_view why_not(UrSafety safety) {
        "safety input or the pendant asks for it)"},
       {kProtectiveStop, "protective stop: see why on the pendant, make room, then unlock it there"},
       {kRecovery, "the robot is in recovery mode: move it inside its safety limits at the pendant"},
-      {kSafeguardStop, "safeguard stop: somebody is in the way, or its reset is pending"},
-      {kAutomaticSafeguardStop, "safeguard stop: somebody is in the way, or its reset is pending"},
+      {kSafeguardStop, "safeguard stop: a person is in the protected area, or its reset is pending"},
+      {kAutomaticSafeguardStop, "safeguard stop: a person is in the protected area, or its reset is pending"},
       {kSystemEmergencyStop, "emergency stop: release the button and switch the robot on again at the pendant"},
       {kRobotEmergencyStop, "emergency stop: release the button and switch the robot on again at the pendant"},
       {kViolation, "safety violation: see the pendant"},
@@ -59,8 +59,8 @@ std::string_view why_ended(UrProgramState state) {
   static constexpr std::pair<UrProgramState, std::string_view> kTexts[] = {
       {kSilence, "set-points stopped reaching the controller"},
       {kTooFast, "a set-point stepped, as the controller saw it"},
-      {kTooFar, "set-points were too far from where the arm stood"},
-      {kMoved, "the arm did not follow its own program: it was paused and resumed, or slowed down"},
+      {kTooFar, "set-points were too far from the arm's position"},
+      {kMoved, "the arm did not follow its program: it was paused and resumed, or its speed was reduced"},
   };
   return text_of(kTexts, state, "the program on the controller ended");
 }

@@ -179,7 +179,7 @@ void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, 
                std::to_string(message.version) + "; reload the page");
     return close(client);
   }
-  if (client.greeted) return refuse(client, Refusal::kMalformed, "hello was said already");
+  if (client.greeted) return refuse(client, Refusal::kMalformed, "hello was already sent");
   client.greeted = true;
   client.useful = now;
   WelcomeMessage welcome{kProtocolVersion, id, facts_};
@@ -227,7 +227,7 @@ void Hub::pair(std::uint64_t id, Client& client, const std::string& code, Time n
 void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now) {
   if (holder_ != id) {
     ++samples_dropped;
-    return complain(client, Refusal::kNoLease, "only who has control of the arm moves it", now);
+    return complain(client, Refusal::kNoLease, "only the client that has control may move the arm", now);
   }
   const Time t = from_seconds(message.t);
   client.clock.arrived(t, now);
@@ -237,7 +237,7 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
   const bool late = now - hand > (lets_go ? kOldest / 2 : kOldest);  // what follows here drops old ones, too
   if (late && !lets_go) {
     complain(client, Refusal::kLate,
-             fmt::format("a sample came {:.1f} s late and was dropped: the network stalls, or t_s is of another clock "
+             fmt::format("a sample was {:.1f} s late and was dropped: the network stalls, or t_s uses another clock "
                          "than that of the pings",
                          to_seconds(now - hand)),
              now);
@@ -270,7 +270,8 @@ void Hub::stop(std::uint64_t id, Time now) {
 
 void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now) {
   if (holder_ != id && !sets_condition(id, message.request, now)) {
-    return refuse(client, Refusal::kNoLease, "only who has control of the arm may ask for this; everybody may stop it");
+    return refuse(client, Refusal::kNoLease,
+                  "only the client that has control may request this; every client may stop the arm");
   }
   const auto& [kind, text, value, object, to, episode] = message.request;
   const auto named = [&text = text](const auto& entry) { return entry.name == text; };
@@ -293,10 +294,10 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
 void Hub::handle(std::uint64_t id, Client& client, const StudyMessage& message, Time) {
   if (!client.outbox->of_this_user()) {
     return refuse(client, Refusal::kUnpaired,
-                  "only a program of the user who started steadyhand, on the same machine, may lead a study");
+                  "only a program of the user who started steadyhand, on the same machine, may run a study");
   }
   if (study_leader_ != 0 && study_leader_ != id) {
-    return refuse(client, Refusal::kTaken, fmt::format("client {} leads a study already", study_leader_));
+    return refuse(client, Refusal::kTaken, fmt::format("client {} already runs a study", study_leader_));
   }
   study_leader_ = id;
   tell_study(message.content.text);
@@ -305,7 +306,7 @@ void Hub::handle(std::uint64_t id, Client& client, const StudyMessage& message, 
 void Hub::handle(std::uint64_t id, Client& client, const ReplyMessage& message, Time) {
   if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
   const auto leader = clients_.find(study_leader_);
-  if (leader == clients_.end()) return refuse(client, Refusal::kUnknown, "no study is led now");
+  if (leader == clients_.end()) return refuse(client, Refusal::kUnknown, "no study is running");
   send(leader->second, to_json(RepliedMessage{id, {message.content.text}}));
 }
 
@@ -324,7 +325,7 @@ void Hub::handle(std::uint64_t id, Client& client, const PolicyMessage& message,
 
 void Hub::handle(std::uint64_t id, Client& client, const TargetMessage& message, Time now) {
   if (policy_ != id) {
-    return complain(client, Refusal::kNoLease, "only the client that said policy may say where the tool is to be", now);
+    return complain(client, Refusal::kNoLease, "only the client that sent 'policy' may send targets", now);
   }
   if (now - from_seconds(message.of) > kOldestObservation) {
     return complain(client, Refusal::kLate,

@@ -15,7 +15,7 @@ void Hub::handle(std::uint64_t id, Client&, const ReleaseMessage&, Time now) {
 
 void Hub::handle(std::uint64_t id, Client& client, const TakeMessage&, Time now) {
   if (!takes(id, client, now)) {
-    refuse(client, Refusal::kTaken, "somebody else has control of the arm; it may be asked for");
+    refuse(client, Refusal::kTaken, "another client has control; you can ask for it");
   }
 }
 
@@ -36,7 +36,7 @@ bool Hub::takes(std::uint64_t id, Client& client, Time now) {
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const AnswerMessage& message, Time now) {
-  if (holder_ != id) return refuse(client, Refusal::kNoLease, "only who has control of the arm may pass it on");
+  if (holder_ != id) return refuse(client, Refusal::kNoLease, "only the client that has control may pass it on");
   const auto asker = clients_.find(asker_);
   if (asker == clients_.end()) return;  // has thought better of it meanwhile
   if (message.grant) return give_lease(asker_, now);
@@ -53,7 +53,7 @@ bool Hub::may_take(std::uint64_t id, const Client& client) const {
 
 void Hub::ask(std::uint64_t id, Client& client, Time now) {
   if (asker_ == id) return;
-  if (asker_ != 0) return refuse(client, Refusal::kTaken, "somebody asks for control already");
+  if (asker_ != 0) return refuse(client, Refusal::kTaken, "another client already asks for control");
   if (now < client.ask_after) {
     return refuse(client, Refusal::kTaken,
                   fmt::format("the other operator keeps control; ask again in {:.0f} s",

@@ -208,7 +208,7 @@ Status OperatorInterface::play(const std::string& name, Time now) {
       find_name(recordings_, name, "recording", [](const NamedRecording& recording) { return recording.name; });
   if (!index) return index.error();
   halts_ = session_->halts();
-  if (session_->is_halted()) return Error{"no recording leads an arm that was stopped; reset it first"};
+  if (session_->is_halted()) return Error{"a playback cannot start while the arm is stopped; reset it first"};
   if (controls_.policy_turn) end_turn();
   session_->release_hand();
   playback_.emplace(recordings_[*index].recording, now, way_home(recordings_[*index].recording, now));
@@ -299,8 +299,8 @@ Status OperatorInterface::give_turn(bool turn, Time now) {
   }
   if (!policy_) return Error{"no policy is connected; start one first (docs/how-to/policies.md)"};
   halts_ = session_->halts();
-  if (session_->is_halted()) return Error{"no policy leads an arm that was stopped; reset it first"};
-  if (gripped_ && to_seconds(now - *gripped_) < kSampleTimeout) return Error{"let go of the arm first"};
+  if (session_->is_halted()) return Error{"a policy cannot start while the arm is stopped; reset it first"};
+  if (gripped_ && to_seconds(now - *gripped_) < kSampleTimeout) return Error{"release the arm first"};
   playback_.reset();
   controls_.playback = -1;
   session_->release_hand();

@@ -339,7 +339,7 @@ Status Session::change_cell(const std::function<Result<Cell>(Cell)>& change, Tim
 
 Result<Kinematics> Session::arm_at(Time at) const {
   const JointCommand command = snapshot().command;
-  if (command.q.size() != model_->dof()) return Error{"the arm has not said yet where it is"};
+  if (command.q.size() != model_->dof()) return Error{"the arm has not reported its position yet"};
   Kinematics arm(*model_);
   arm.set_position(command.q + to_seconds(at - command.stamp.made) * command.dq);
   return arm;
@@ -368,8 +368,9 @@ Status Session::set_planner_rate(double rate_hz) {
   const double slowest = slowest_rate();
   const double fastest = settings_.control.check.command_rate_hz;
   if (rate_hz != 0.0 && (!(rate_hz >= slowest) || rate_hz > fastest)) {
-    return Error{fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz, or 0: what this machine sustains",
-                             rate_hz, slowest, fastest)};
+    return Error{
+        fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz, or 0: as many as the machine sustains",
+                    rate_hz, slowest, fastest)};
   }
   state_->chosen_rate_hz = rate_hz;
   return Done{};

@@ -12,16 +12,16 @@ std::string_view to_string(HandVerdict verdict, Leader leader) {
     std::string_view hand, policy;
   };
   static constexpr Text kTexts[] = {
-      {kGood, "the hand is tracked", "the policy's targets come"},
-      {kUntracked, "the device does not see the hand", "no target of the policy came for a while"},
+      {kGood, "the hand is tracked", "the policy's targets are received"},
+      {kUntracked, "the device does not see the hand", "no target of the policy was received for a while"},
       {kEmulated, "the device guesses the hand's position", "the policy guesses"},
       {kNotFinite, "the hand's pose is not a number", "the policy's target is not a number"},
       {kJump, "the hand's pose jumped", "the policy's target jumped"},
-      {kFarAway, "the hand came back elsewhere: release and grip again",
-       "the policy's target came back elsewhere: give it its turn again"},
-      {kUnsettled, "the hand has come back just now", "the policy's targets have come back just now"},
-      {kOutOfOrder, "the hand's poses come out of order", "the policy's targets come out of order"},
-      {kStale, "the hand's poses come too late", "the policy's targets come too late"},
+      {kFarAway, "the hand returned at another place: release and engage again",
+       "the policy's target returned at another place: start its turn again"},
+      {kUnsettled, "the hand has just returned", "the policy's targets have just returned"},
+      {kOutOfOrder, "the hand's poses are out of order", "the policy's targets are out of order"},
+      {kStale, "the hand's poses are too late", "the policy's targets are too late"},
       {kClockStepped, "the device's clock was set", "the policy's clock was set"},
   };
   const auto text =

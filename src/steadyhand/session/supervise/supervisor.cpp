@@ -14,24 +14,24 @@ constexpr Transition kTransitions[] = {
     {State::kIdle, Event::kArmStopped, State::kFault, ""},
     {State::kIdle, Event::kFailed, State::kFault, ""},
     {State::kIdle, Event::kStopAsked, State::kStopping, "a stop was asked for"},
-    {State::kIdle, Event::kArmFollows, State::kReady, "grip to move the arm"},
+    {State::kIdle, Event::kArmFollows, State::kReady, "engage to move the arm"},
     {State::kIdle, Event::kArmLate, State::kIdle, "the arm is still starting: it has not reported that it follows"},
 
     {State::kReady, Event::kArmStopped, State::kFault, ""},
     {State::kReady, Event::kFailed, State::kFault, ""},
     {State::kReady, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kReady, Event::kStalled, State::kStopping, "the control loop stalled"},
-    {State::kReady, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
+    {State::kReady, Event::kOffPath, State::kStopping, "the arm is not at its commanded position"},
     {State::kReady, Event::kGripped, State::kEngaged, "the arm follows the hand"},
 
     {State::kEngaged, Event::kArmStopped, State::kFault, ""},
     {State::kEngaged, Event::kFailed, State::kFault, ""},
     {State::kEngaged, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kEngaged, Event::kStalled, State::kStopping, "the control loop stalled"},
-    {State::kEngaged, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
-    {State::kEngaged, Event::kSilence, State::kReady, "the hand fell silent: release and grip again"},
+    {State::kEngaged, Event::kOffPath, State::kStopping, "the arm is not at its commanded position"},
+    {State::kEngaged, Event::kSilence, State::kReady, "the device stopped sending: release and engage again"},
     {State::kEngaged, Event::kReleased, State::kReady, "released"},
-    {State::kEngaged, Event::kGripped, State::kEngaged, "the arm follows a new grip"},  // the release went by unseen
+    {State::kEngaged, Event::kGripped, State::kEngaged, "the arm is engaged"},  // the release went by unseen
     {State::kEngaged, Event::kHandLost, State::kHolding, ""},
     {State::kEngaged, Event::kPlannerLate, State::kHolding, "the planner is late"},
 
@@ -39,8 +39,8 @@ constexpr Transition kTransitions[] = {
     {State::kHolding, Event::kFailed, State::kFault, ""},
     {State::kHolding, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kHolding, Event::kStalled, State::kStopping, "the control loop stalled"},
-    {State::kHolding, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
-    {State::kHolding, Event::kSilence, State::kReady, "the hand fell silent: release and grip again"},
+    {State::kHolding, Event::kOffPath, State::kStopping, "the arm is not at its commanded position"},
+    {State::kHolding, Event::kSilence, State::kReady, "the device stopped sending: release and engage again"},
     {State::kHolding, Event::kReleased, State::kReady, "released"},
     {State::kHolding, Event::kHandBack, State::kEngaged, "the hand is back"},
 
@@ -67,12 +67,12 @@ constexpr EventTexts kEvents[] = {
     {Event::kStalled, ReasonCode::kStalled},
     {Event::kOffPath, ReasonCode::kOffPath},
     {Event::kResetAsked, ReasonCode::kReset},
-    {Event::kSilence, ReasonCode::kSilent, "the policy went silent: give it its turn again",
-     "the demo motion was held up"},
+    {Event::kSilence, ReasonCode::kSilent, "the policy stopped sending: start its turn again",
+     "the demo motion was delayed"},
     {Event::kReleased, ReasonCode::kReleased, "the policy's turn is over", "the demo motion ended"},
     {Event::kGripped, ReasonCode::kGripped, "the arm follows the policy", "the arm follows the demo motion"},
     {Event::kHandLost, ReasonCode::kHandLost},
-    {Event::kHandBack, ReasonCode::kHandBack, "the policy's targets are back", "the demo motion goes on"},
+    {Event::kHandBack, ReasonCode::kHandBack, "the policy's targets are back", "the demo motion continues"},
     {Event::kPlannerLate, ReasonCode::kPlannerLate},
 };
 
@@ -147,11 +147,11 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
     if (row.event == Event::kArmStopped) reason_ = input.arm_reason;
     if (row.event == Event::kFailed) reason_ = input.failure;
     if (row.event == Event::kHandLost) {
-      reason_ = cause_.code == ReasonCode::kNoPose ? "no pose of the hand came for a while"
+      reason_ = cause_.code == ReasonCode::kNoPose ? "no pose of the hand was received for a while"
                                                    : to_string(input.hand.verdict, input.hand.leader);
     }
     if (cause_.code == ReasonCode::kProfileWaits)
-      reason_ = "the new profile takes effect at rest: release and grip again";
+      reason_ = "the new profile starts after the arm has stopped: release and engage again";
     const EventTexts& texts = texts_of(row.event);
     const std::string_view reason = input.hand.leader == Leader::kPolicy      ? texts.of_policy
                                     : input.hand.leader == Leader::kRecording ? texts.of_recording
