@@ -416,14 +416,14 @@ def test_a_bare_urdf_is_fitted_once(tmp_path):
     recordings = Path(PROGRAM).parent / "share/steadyhand/recordings/physics/demo-recording.json"
     arguments = ["replay", recordings, "--until", "1", "--profile", "tracking", "--robot", tmp_path / "arm.urdf", "--out", tmp_path / "out"]
     first = run(*arguments, env=environment)
-    assert "bodies fitted to its meshes" in first.stderr and "nothing keeps it from touching itself" not in first.stdout
+    assert "bodies fitted to its meshes" in first.stderr and "it can hit itself" not in first.stdout
     kept = list((tmp_path / "cache/steadyhand").iterdir())
     assert len(kept) == 1
     again = run(*arguments, env=environment)
     assert "fitted before" in again.stderr
     assert {line for line in first.stdout.splitlines() if "note" in line} == {line for line in again.stdout.splitlines() if "note" in line}
     without = run(*arguments, "--no-fit", env=environment)
-    assert "nothing keeps it from touching itself" in without.stdout
+    assert "it can hit itself" in without.stdout
 
 
 def test_what_was_kept_is_fitted_again_where_it_does_not_fit(tmp_path):
@@ -462,7 +462,7 @@ def test_links_that_always_touch_are_told_and_not_kept_apart(tmp_path):
     refused = run("fit", tmp_path / "shell.urdf", "--out", tmp_path / "shell.yaml", code=2).stderr
     assert "'torso' and 'upper' touch in every configuration" in refused and "--touching" in refused
     done = run("fit", tmp_path / "shell.urdf", "--out", tmp_path / "shell.yaml", "--touching", *QUICK)
-    assert "torso and upper touch in every configuration: nothing keeps them apart" in done.stdout
+    assert "torso and upper touch in every configuration: no distance is kept between them" in done.stdout
     pairs = yaml.safe_load((tmp_path / "shell.yaml").read_text())["pairs"]
     assert pairs and not any({a.rsplit("_", 1)[0], b.rsplit("_", 1)[0]} == {"torso", "upper"} for a, b in pairs)
 
@@ -475,8 +475,8 @@ def test_a_bare_urdf_whose_links_always_touch_moves(tmp_path, shows):
     (tmp_path / "shell.urdf").write_text(SHELL.replace(torso, torso.replace("</link>", small) if shows else torso))
     done = run("replay", "--robot", tmp_path / "shell.urdf", "--scale", 0.1, "--until", 1, "--profile", "tracking", "--cell", "none",
                "--out", tmp_path / "out", env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")})  # fmt: skip
-    assert "'torso' and 'upper' touch in every configuration" in done.stderr and "what it shows is taken instead" in done.stderr
-    assert ("nothing keeps 'torso' and 'upper' apart" in done.stderr) != shows
+    assert "'torso' and 'upper' touch in every configuration" in done.stderr and "its visual geometry is used instead" in done.stderr
+    assert ("no distance is kept between 'torso' and 'upper'" in done.stderr) != shows
 
 
 @pytest.mark.parametrize("kind", ["truncated", "empty", "without triangles", "nan", "far", "text", "count", "missing"])

@@ -233,7 +233,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCell{"scene_count", "a.scene", "s\n* a\n1e9\n", "a.scene:3: the number of shapes is 1000000000; it must be"},
         BadCell{"scene_norm", "a.scene", "s\n* a\n1\nsphere\n1\n0 0 0\n0 0 0 2\n",
                 "a.scene:7: the quaternion x, y, z, w is of norm 2"},
-        BadCell{"scene_line", "a.scene", "s\n* a\n0\nbox\n", "a.scene:4: 'box' stands where '* NAME'"},
+        BadCell{"scene_line", "a.scene", "s\n* a\n0\nbox\n", "a.scene:4: 'box' is not valid; expected '* NAME'"},
         BadCell{"world_mesh", "a.yaml", "mesh: {a: {file_path: b.obj}}\n", "a.yaml:1: mesh has 'a', which is not read"},
         BadCell{"world_pose", "a.yaml", "cuboid: {a: {dims: [1, 1, 1], pose: [0, 0, 0]}}\n", "pose"},
         BadCell{"world_norm", "a.yaml", "cuboid: {a: {dims: [1, 1, 1], pose: [0, 0, 0, 0, 0, 0, 0]}}\n",
@@ -245,7 +245,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "<robot name='a'><link name='a'/><link name='b'/><joint name='j' type='floating'><parent "
                 "link='a'/><child link='b'/>"
                 "</joint></robot>",
-                "joint 'j' is not fixed; a cell stands still"},
+                "joint 'j' is not fixed; a cell must be stationary"},
         BadCell{"urdf_size", "a.urdf",
                 "<robot name='a'><link name='a'><collision><geometry><sphere radius='1'/></geometry></collision>"
                 "<collision><geometry><box/></geometry></collision></link></robot>",

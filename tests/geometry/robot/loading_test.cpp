@@ -117,7 +117,7 @@ TEST(LoadRobot, ABareUrdfRaisesDoubts) {
   ASSERT_TRUE(model) << model.error().message;
   const std::vector<std::string> doubts = doubts_about(*model);
   ASSERT_EQ(doubts.size(), 2u);
-  EXPECT_NE(doubts[0].find("no bodies: nothing keeps it from touching itself"), std::string::npos) << doubts[0];
+  EXPECT_NE(doubts[0].find("no bodies: it can hit itself"), std::string::npos) << doubts[0];
   EXPECT_NE(doubts[1].find("leans by 154 degrees"), std::string::npos) << doubts[1];  // 360 - 3 * 1.2 rad
 
   const auto complete = load_text(urdf_robot(urdf_serial_arm(3)), [](RobotSettings& settings) {
@@ -161,7 +161,8 @@ TEST(LoadRobot, FingersStandWhereTheFileSays) {
   EXPECT_TRUE(slid(both, 1).isApprox(Vector3(0.0, 0.0, 0.040), 1e-9));
   EXPECT_TRUE(slid(silent, 0).isApprox(Vector3(0.0, 0.0, 0.010), 1e-9)) << "the limit next to 0";
   ASSERT_EQ(silent.assumptions.size(), 1u);
-  EXPECT_NE(silent.assumptions[0].find("taken to stand: left at 0.01;"), std::string::npos) << silent.assumptions[0];
+  EXPECT_NE(silent.assumptions[0].find("assumed stationary: left at 0.01;"), std::string::npos)
+      << silent.assumptions[0];
 }
 
 /// A branch of fewer joints is another arm, not a gripper; and a tool may be carried before the chain's end.
@@ -343,7 +344,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"planar", one_joint("planar", "<axis xyz='0 0 1'/>"), "joint 'j1' is planar"},
         Refusal{"mimic", one_joint("revolute", kRevolute + "<mimic joint='other'/>"), "mimics 'other'"},
         Refusal{"locked_unknown", gripper(),
-                "locked joint 'grip' is no joint of the URDF; beside the chain move: left, right",
+                "locked joint 'grip' is not a joint of the URDF; the movable joints outside the chain are: left, right",
                 [](auto& s) { s.locked = {{"grip", 0.0}}; }},
         Refusal{"locked_on_the_chain", gripper(), "locked joint 'j2' is on the chain to the tool",
                 [](auto& s) { s.locked = {{"j2", 0.0}}; }},

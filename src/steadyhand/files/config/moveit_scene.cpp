@@ -136,7 +136,7 @@ Result<Cell> load_moveit_scene(const std::filesystem::path& file) {
     if (scene.error() || line == ".") break;
     const auto name = line.find_first_not_of(" \t", 1);
     if (line[0] != '*' || name == std::string::npos) {
-      scene.fail(fmt::format("'{}' stands where '* NAME', an object, or '.', the end, should be", line));
+      scene.fail(fmt::format("'{}' is not valid; expected '* NAME' (an object) or '.' (the end)", line));
       break;
     }
     read_object(scene, line.substr(name), objects_have_poses, cell);

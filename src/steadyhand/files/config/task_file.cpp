@@ -81,7 +81,7 @@ class TaskReader {
       say(two("apart"), "off");
     } else if (map.has("released")) {
       c.kind = Condition::Kind::kReleased;
-      c.text = one("released") + " let go of";
+      c.text = one("released") + " released";
     } else if (map.has("aligned")) {
       c.kind = Condition::Kind::kAligned;
       say(two("aligned"), "turned as");

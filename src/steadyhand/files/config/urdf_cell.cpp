@@ -46,7 +46,7 @@ Status add_link(const std::string& file, const urdf::Link& link, const Eigen::Is
   for (const urdf::LinkSharedPtr& child : link.child_links) {
     const urdf::Joint& joint = *child->parent_joint;
     if (joint.type != urdf::Joint::FIXED) {
-      return Error{fmt::format("{}: joint '{}' is not fixed; a cell stands still", file, joint.name)};
+      return Error{fmt::format("{}: joint '{}' is not fixed; a cell must be stationary", file, joint.name)};
     }
     const Eigen::Isometry3d X = X_base_link * to_eigen(joint.parent_to_joint_origin_transform);
     if (Status s = add_link(file, *child, X, cell); !s) return s;
@@ -64,7 +64,7 @@ Result<Cell> load_urdf_cell(const std::filesystem::path& file) {
   const Status added = add_link(file.string(), *(*model)->getRoot(), Eigen::Isometry3d::Identity(), cell);
   if (!added) return added.error();
   if (cell.objects.empty())
-    return Error{fmt::format("{}: no link has a <collision>; nothing would be kept clear of", file.string())};
+    return Error{fmt::format("{}: no link has a <collision>, so the cell would have no obstacles", file.string())};
   return cell;
 }
 

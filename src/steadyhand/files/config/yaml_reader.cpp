@@ -146,7 +146,7 @@ Result<YamlMap> YamlMap::open(const fs::path& path) {
     return Error{fmt::format("{}: not valid YAML: {}", name, exception.what())};
   }
   if (several) {
-    return Error{fmt::format("{} holds several YAML documents, or begins with what is none; one is expected", name)};
+    return Error{fmt::format("{} must contain exactly one YAML document", name)};
   }
   if (document.IsNull()) return Error{fmt::format("{} is empty", name)};
   if (!document.IsMap()) {

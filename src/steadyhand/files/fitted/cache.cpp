@@ -101,7 +101,7 @@ Result<RobotModel> open_urdf(const std::string& name, const std::string& tip, co
   const Result<fs::path> file = find_named_file(places, "robots", name);
   if (tip.empty() || !file) return open_robot(name, places);
   if (is_robot_file(*file))
-    return Error{fmt::format("--tip is for URDFs; {} says which link carries the tool", file->string())};
+    return Error{fmt::format("--tip is for URDFs; {} names the link that carries the tool", file->string())};
   RobotSettings settings;
   settings.urdf = *file;
   settings.tool_link = tip;
@@ -146,16 +146,17 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const std::string&
       shown = fit_bodies(settings);
     }
     if (shown) {
-      say(fmt::format("{}: {}; what it shows is taken instead", name, fit.error().message));
+      say(fmt::format("{}: {}; its visual geometry is used instead", name, fit.error().message));
       for (const auto& [first, second] : shown->together)
-        say(fmt::format("{}: nothing keeps '{}' and '{}' apart, which touch in every configuration", name, first,
-                        second));
+        say(fmt::format("{}: no distance is kept between '{}' and '{}', which touch in every configuration", name,
+                        first, second));
       fit = std::move(shown);
     }
   }
   if (!fit) {
     if (const auto chain = read_urdf_chain(*file, tip); !chain) return chain.error();  // no arm without bodies either
-    return Error{fmt::format("no bodies could be fitted: {} (--no-fit goes without)", fit.error().message)};
+    return Error{
+        fmt::format("no bodies could be fitted: {} (--no-fit accepts the arm without bodies)", fit.error().message)};
   }
   const std::string text = robot_file(*fit, "steadyhand fit " + file->filename().string(), folder);
   const bool stays = !folder.empty() && keep(kept, text);

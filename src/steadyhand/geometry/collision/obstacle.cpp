@@ -27,8 +27,7 @@ Status check(const Obstacle& obstacle) {
     return Error{
         fmt::format("is carried {:.3g} m from the tool; it may be at most {} m", obstacle.at.p.norm(), kLongestArm)};
   }
-  if (obstacle.carried && !obstacle.velocity.isZero(0.0))
-    return Error{"is carried, and must have no velocity of its own"};
+  if (obstacle.carried && !obstacle.velocity.isZero(0.0)) return Error{"is carried, and must have no velocity"};
   if (!(obstacle.velocity.norm() <= kFastest)) return Error{fmt::format("must not be faster than {} m/s", kFastest)};
   return Done{};
 }

@@ -159,7 +159,7 @@ class Fitter {
     if (!choose_home(result_)) {
       return Error{
           fmt::format("{}: no configuration was found in which the arm does not touch itself{}", file(),
-                      settings_.visual ? "" : "; its collision geometry may be coarse: --visual takes what it shows")};
+                      settings_.visual ? "" : "; its collision geometry may be coarse: --visual uses visual geometry")};
     }
     if (settings_.judged > 0) judge(*chain_, settings_, together_, result_);
     say("done", 1.0);
@@ -251,9 +251,9 @@ class Fitter {
     for (const auto& [a, b] : together_) result_.together.emplace_back(result_.links[a].link, result_.links[b].link);
     if (!together_.empty() && !settings_.touching) {
       const auto& [a, b] = result_.together.front();
-      return Error{fmt::format(
-          "{}: '{}' and '{}' touch in every configuration{}; --touching keeps nothing between them", file(), a, b,
-          settings_.visual ? "" : ": collision geometry may be coarse, --visual takes what it shows")};
+      return Error{
+          fmt::format("{}: '{}' and '{}' touch in every configuration{}; --touching accepts that", file(), a, b,
+                      settings_.visual ? "" : ": collision geometry may be coarse, --visual uses visual geometry")};
     }
     free_ = free_poses(result_.model, parts_, together_, settings_.seed,
                        [&](double f) { say("moving the arm about", 0.1 + 0.05 * f); });

@@ -38,10 +38,10 @@ std::string exceptions(const FitResult& result) {
       text += fmt::format("\n{} is covered together with {} links behind its locked joints", link.link, link.joined);
   }
   for (const auto& [first, second] : result.together)
-    text += fmt::format("\n{} and {} touch in every configuration: nothing keeps them apart", first, second);
+    text += fmt::format("\n{} and {} touch in every configuration: no distance is kept between them", first, second);
   if (!result.left_out.empty()) {
-    text += fmt::format("\n{} links have no bodies, as joints beside the chain move them: {}{}", result.left_out.size(),
-                        result.left_out[0], result.left_out.size() > 1 ? ", ..." : "");
+    text += fmt::format("\n{} links have no bodies, because joints outside the chain move them: {}{}",
+                        result.left_out.size(), result.left_out[0], result.left_out.size() > 1 ? ", ..." : "");
   }
   return text;
 }
@@ -141,7 +141,7 @@ std::string robot_file(const FitResult& result, const std::string& command, cons
                       word(error || urdf.empty() ? robot.urdf.string() : urdf.string()));
   text += fmt::format("\ntool:\n  link: {}\n  xyz: [0.0, 0.0, 0.0]\n  rpy: [0.0, 0.0, 0.0]\n", word(robot.tool_link));
   if (!robot.locked.empty()) {
-    text += "\n# Moving joints beside the chain: nobody has said where they stand.\nlocked:\n";
+    text += "\n# Moving joints outside the chain: set their positions.\nlocked:\n";
     for (const auto& [joint, value] : robot.locked) text += fmt::format("  {}: {:.6g}\n", word(joint), value);
   }
   if (robot.home) {

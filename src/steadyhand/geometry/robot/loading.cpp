@@ -30,10 +30,10 @@ class ModelBuilder {
     if (!chain_.assumed.empty()) {
       std::vector<std::string> standing;
       for (const auto& [joint, value] : chain_.assumed) standing.push_back(fmt::format("{} at {:.3g}", joint, value));
-      model.assumptions.push_back(
-          fmt::format("joints beside the chain to '{}' are taken to stand: {}; 'locked' in a robot file says where "
-                      "(docs/how-to/add-a-robot.md)",
-                      chain_.tool_link, fmt::join(standing, ", ")));
+      model.assumptions.push_back(fmt::format(
+          "joints outside the chain to '{}' are assumed stationary: {}; 'locked' in a robot file sets their position "
+          "(docs/how-to/add-a-robot.md)",
+          chain_.tool_link, fmt::join(standing, ", ")));
     }
     for (const auto step :
          {&ModelBuilder::add_mount, &ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::note_soft_limits,
@@ -257,8 +257,8 @@ std::vector<std::string> doubts_about(const RobotModel& model) {
   constexpr double kUpright = 10.0;  // degrees
   std::vector<std::string> doubts = model.assumptions;
   if (model.pairs.empty()) {
-    doubts.push_back(fmt::format("{} has no {}: nothing keeps it from touching itself (docs/how-to/add-a-robot.md)",
-                                 model.name, model.bodies.empty() ? "bodies" : "pairs of bodies"));
+    doubts.push_back(fmt::format("{} has no {}: it can hit itself (docs/how-to/add-a-robot.md)", model.name,
+                                 model.bodies.empty() ? "bodies" : "pairs of bodies"));
   }
   add_doubts_about_units(model, doubts);
   Kinematics kinematics(model);
@@ -266,8 +266,8 @@ std::vector<std::string> doubts_about(const RobotModel& model) {
   const double tilt = 180.0 / M_PI * std::acos(std::clamp(kinematics.R()(2, 2), -1.0, 1.0));
   if (tilt > kUpright) {
     doubts.push_back(
-        fmt::format("at home the glass of {} leans by {:.0f} degrees: it is empty from the beginning; tool and "
-                    "home say how it is held (docs/how-to/add-a-robot.md)",
+        fmt::format("at home the glass of {} leans by {:.0f} degrees: it is empty from the start; tool and "
+                    "home define how it is held (docs/how-to/add-a-robot.md)",
                     model.name, tilt));
   }
   return doubts;

@@ -191,9 +191,10 @@ class Locks {
         return Error{fmt::format("{}: locked joint '{}' {}", file_, name, reason)};
       };
       const urdf::JointConstSharedPtr joint = model_.getJoint(name);
-      if (!joint) return refuse("is no joint of the URDF; beside the chain move: " + beside());
+      if (!joint) return refuse("is not a joint of the URDF; the movable joints outside the chain are: " + beside());
       if (!moves(*joint)) return refuse("is fixed");
-      if (chain_.contains(joint.get())) return refuse("is on the chain to the tool; beside it move: " + beside());
+      if (chain_.contains(joint.get()))
+        return refuse("is on the chain to the tool; the movable joints outside it are: " + beside());
       const auto [low, high] = range(*joint);
       if (!(value >= low && value <= high))
         return refuse(fmt::format("is at {}; it goes from {} to {}", value, low, high));
@@ -240,7 +241,7 @@ Result<Eigen::Isometry3d> motion(const std::string& file, const urdf::Joint& joi
   const bool turns = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS;
   if ((!turns && joint.type != urdf::Joint::PRISMATIC) || !(std::abs(axis.norm() - 1.0) <= kAxisTolerance)) {
     return Error{
-        fmt::format("{}: joint '{}' ({}) can stand at 0 only, not at {}", file, joint.name, type_name(joint), value)};
+        fmt::format("{}: joint '{}' ({}) can be at 0 only, not at {}", file, joint.name, type_name(joint), value)};
   }
   if (turns) {
     X.linear() = Eigen::AngleAxisd(value, axis.normalized()).toRotationMatrix();
