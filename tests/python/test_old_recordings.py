@@ -33,17 +33,17 @@ def figures(printed):
 REPORTED = {
     "replay": {
         "Lateral specific force, mean": [0.48], "Vertical specific force, smallest": [7.02], "Position error, RMS": [14.0],
-        "Orientation error, largest": [25.76], "Clearance, smallest": [14.2], "Distance to objects, smallest": [88.9],
+        "Orientation error, largest": [25.76], "Distance between bodies, smallest": [14.2], "Distance to objects, smallest": [88.9],
         "Joint speed, largest of limit": [27.8], "Plans looked at": [23], "Failures": [0], "Solve time, largest": [1.992],
     },
     "live": {
         "Lateral specific force, mean": [0.29, 0.43], "Vertical specific force, smallest": [5.12, 5.68], "Spills": [0, 0], "Position error, RMS": [7.2, 40.1],
-        "Orientation error, largest": [2.19, 2.76], "Clearance, smallest": [13.2, 13.3], "Distance to objects, smallest": [88.4, 88.4],
+        "Orientation error, largest": [2.19, 2.76], "Distance between bodies, smallest": [13.2, 13.3], "Distance to objects, smallest": [88.4, 88.4],
         "Joint speed, largest of limit": [25.6, 23.7], "Plans looked at": [31, 5], "Failures": [0, 0], "Solve time, largest": [0.752, 0.687],
     },
     "cell": {
         "Lateral specific force, mean": [0.36, 0.08], "Vertical specific force, smallest": [7.55, 9.69], "Spills": [0, 0], "Position error, RMS": [12.9, 7.7],
-        "Orientation error, largest": [3.04, 1.40], "Clearance, smallest": [13.2, 13.3], "Distance to objects, smallest": [68.4, 68.4],
+        "Orientation error, largest": [3.04, 1.40], "Distance between bodies, smallest": [13.2, 13.3], "Distance to objects, smallest": [68.4, 68.4],
         "Joint speed, largest of limit": [23.9, 4.7], "Plans looked at": [22, 28], "Failures": [0, 0], "Solve time, largest": [0.551, 0.106],
     },
 }  # fmt: skip

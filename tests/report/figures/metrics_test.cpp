@@ -167,7 +167,7 @@ TEST(Angles, AreYawPitchAndRoll) {
 TEST(FormatValue, ZeroHasNoSign) {
   Metrics m;
   for (const MetricRow& row : metric_rows()) {
-    if (std::string_view(row.label) != "Clearance, smallest") continue;
+    if (std::string_view(row.label) != "Distance between bodies, smallest") continue;
     m.smallest_distance = -1e-9;
     EXPECT_EQ(format_value(row, m), "0.0");
     m.smallest_distance = -1e-3;

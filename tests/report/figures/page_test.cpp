@@ -189,8 +189,8 @@ TEST(PageData, CallsNoCountOfSpillsBestButThatPerMinute) {
   input.profiles[1].led_s = 30.0;
   EXPECT_EQ(row(input, "Spills")["texts"], Json::array({"7", "6"}));
   EXPECT_EQ(row(input, "Spills")["best"], -1);
-  EXPECT_EQ(row(input, "Spills per minute led")["texts"], Json::array({"2.33", "12.00"}));
-  EXPECT_EQ(row(input, "Spills per minute led")["best"], 0);
+  EXPECT_EQ(row(input, "Spills per minute engaged")["texts"], Json::array({"2.33", "12.00"}));
+  EXPECT_EQ(row(input, "Spills per minute engaged")["best"], 0);
 }
 
 /// Two steps are soon done well.

@@ -60,7 +60,7 @@ TEST_F(Told, AnArmThatNeedsNoPlanRestsFromWhenItStands) {
   change(3.0, "stopping");
   change(15.0, "engaged");
   EXPECT_EQ(of("gap"), Lines());
-  EXPECT_EQ(of("rest"), Lines{"3.5 at rest for 11.5 s"});
+  EXPECT_EQ(of("rest"), Lines{"3.5 stationary for 11.5 s"});
   EXPECT_NEAR(tell_story(session).led_s, 2.0 + 5.0, 1e-9);
 }
 
@@ -69,7 +69,7 @@ TEST_F(Told, AHandThatLedWithoutAPlanIsAGap) {
   plan(8.0, 9.0);
   move(1.0, 8.0);
   change(1.0, "engaged");
-  EXPECT_EQ(of("gap"), Lines{"3.0 no plan for 5.0 s while the hand led"});
+  EXPECT_EQ(of("gap"), Lines{"3.0 no plan for 5.0 s while engaged"});
   EXPECT_EQ(of("rest"), Lines());
 }
 
@@ -158,11 +158,12 @@ TEST_F(Told, ASpillIsExplained) {
   ASSERT_EQ(story.spills.size(), 3u);
   EXPECT_DOUBLE_EQ(story.spills[0].share, 0.744);
   EXPECT_DOUBLE_EQ(story.spills[0].lateral, 12.6);
-  EXPECT_EQ(
-      story.spills[0].cause,
-      "tracking does not keep the liquid in; sideways force up to 12.60 m/s² just before, 15.00 while it ran out");
-  EXPECT_EQ(story.spills[1].cause, "carry should have kept the liquid in; sideways force up to 3.00 m/s² just before");
-  EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; sideways force up to 3.00 m/s² just before");
+  EXPECT_EQ(story.spills[0].cause,
+            "tracking does not keep the liquid in; lateral specific force up to 12.60 m/s² just before, 15.00 while it "
+            "ran out");
+  EXPECT_EQ(story.spills[1].cause,
+            "carry should have kept the liquid in; lateral specific force up to 3.00 m/s² just before");
+  EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; lateral specific force up to 3.00 m/s² just before");
   const auto told =
       std::find_if(story.events.begin(), story.events.end(), [](const auto& e) { return e.kind == "spill"; });
   EXPECT_EQ(told->why, story.spills[0].cause);

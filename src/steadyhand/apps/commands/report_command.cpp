@@ -47,7 +47,7 @@ Status answer(const Options& options) {
   try {
     page = read_library(options.folder, options.answer);
   } catch (const std::bad_alloc&) {
-    page = Error{"this session is too long to be read beside one that runs; ./steadyhand report reads it alone"};
+    page = Error{"this session is too long for a report during a live session; run ./steadyhand report later"};
   }
   if (!page) return page.error();
   std::cout << page->body;
@@ -71,9 +71,9 @@ Status run(const Options& options) {
 
 void add_report_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
-  CommandLine* command = app.add_subcommand("report", "Report what was driven in a session; without one, list them");
+  CommandLine* command = app.add_subcommand("report", "Write a report of a session; without a session, list them");
   command->add_option("session", options->session, "SESSION.mcap of a live session or a replay, also one cut short");
-  command->add_option("--out", options->out, "The page; default: SESSION.html beside the session");
+  command->add_option("--out", options->out, "Report file; default: SESSION.html next to the session");
   command->add_option("--sessions", options->folder, "Folder to list; default: " + default_session_folder().string());
   command->add_option("--answer", options->answer, "For SessionLibrary alone")->group("");
   command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });

@@ -140,7 +140,7 @@ class Parts {
 /// In the words of the operator's page (web/src/session.ts).
 std::string limit_text(const SessionFile::Limit& limit, const Parts& parts) {
   const auto& [at, kind, first, second] = limit;
-  if (kind == "position") return parts.joint(first) + " is at the end of its travel";
+  if (kind == "position") return parts.joint(first) + " is at its position limit";
   if (kind == "velocity") return parts.joint(first) + " is at its top speed";
   if (kind == "acceleration") return parts.joint(first) + " is at its top acceleration";
   if (kind == "self_collision") return parts.solid(first, at) + " is close to " + parts.solid(second, at);
@@ -205,9 +205,10 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
   } else if (was_late(session, at)) {
     spill.cause = "the planner was late: " + profile + " cannot keep the liquid in on a computer that is too slow";
   } else {
-    spill.cause = profile + " should have kept the liquid in" + (state == "engaged" ? "" : ", while no hand led");
+    spill.cause = profile + " should have kept the liquid in" + (state == "engaged" ? "" : ", while not engaged");
   }
-  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways force up to {:.2f} m/s² just before", spill.lateral);
+  if (spill.lateral > 0.0)
+    spill.cause += fmt::format("; lateral specific force up to {:.2f} m/s² just before", spill.lateral);
   if (spill.lateral > 0.0 && seen.lateral_until > spill.lateral) {  // of a glass that leans gravity, too
     spill.cause += fmt::format(", {:.2f} while it ran out", seen.lateral_until);
   }
@@ -294,12 +295,12 @@ void tell_gaps(const SessionFile& session, SessionStory& story) {
     const double from = session.steps[i - 1].t_s, until = session.steps[i].t_s;
     if (until - from <= kGap || is_lost(session, from, until)) continue;
     if (const double led = led_between(session, from, until); led > kGap) {
-      story.events.push_back({from, "gap", fmt::format("no plan for {:.1f} s while the hand led", led), ""});
+      story.events.push_back({from, "gap", fmt::format("no plan for {:.1f} s while engaged", led), ""});
       continue;
     }
     const double rest = rest_begins(session, from, until);
     if (until - rest > kGap)
-      story.events.push_back({rest, "rest", fmt::format("at rest for {:.1f} s", until - rest), ""});
+      story.events.push_back({rest, "rest", fmt::format("stationary for {:.1f} s", until - rest), ""});
   }
 }
 
