@@ -94,7 +94,7 @@ def test_two_threads_do_not_share_a_planner_and_others_run_meanwhile(robot):
     for thread in threads:
         thread.join()
     assert len(planned) + len(refused) == 1200 and planned
-    assert set(refused) <= {"another thread is using this object; give each thread one of its own"}
+    assert set(refused) <= {"another thread is using this object; give each thread its own object"}
 
 
 def test_help_tells_shapes_units_frames_and_errors():

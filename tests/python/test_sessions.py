@@ -176,7 +176,7 @@ def test_a_full_disk_is_told_and_the_session_goes_on(tmp_path):
 
     result = run(*demo(tmp_path, "--seconds", 6), preexec_fn=limit)
     assert result.returncode == 0, result.stderr
-    assert "the recording ended, the session goes on: " in result.stdout and "File too large" in result.stdout
+    assert "the recording ended, the session continues: " in result.stdout and "File too large" in result.stdout
     looked_at = int(re.search(r"(\d+) looked at", result.stdout).group(1))
     assert looked_at > 2000 and "0 beyond a limit, 0 in contact" in result.stdout
     assert "cut short" in run(PROGRAM, "report", "--sessions", tmp_path).stdout

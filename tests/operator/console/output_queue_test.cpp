@@ -87,7 +87,8 @@ TEST(OutputQueue, TellsWhatIsMissing) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   reader.join();
-  EXPECT_NE(read.find(" lines are missing here: nobody read them)\nthe last line\n"), std::string::npos);
+  EXPECT_NE(read.find(" lines are missing here: the terminal did not read them in time)\nthe last line\n"),
+            std::string::npos);
   EXPECT_FALSE(out.finish(std::chrono::seconds(5)));
 }
 

@@ -22,9 +22,9 @@ Status run(const SettingsOptions& options) {
 
 void add_config_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<SettingsOptions>();
-  CommandLine* command = app.add_subcommand("config", "The settings of a live session, as they would be in force");
+  CommandLine* command = app.add_subcommand("config", "Print the settings of a live session, with unit and origin");
   add_settings_options(*command, *options);
-  command->footer("What it prints is itself a settings file: ./steadyhand config > my.yaml");
+  command->footer("The output is a settings file: ./steadyhand config > my.yaml");
   command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 

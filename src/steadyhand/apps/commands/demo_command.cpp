@@ -57,7 +57,7 @@ std::string format_summary(const LiveSummary& s) {
       "session            {:.1f} s, engaged {:.1f} s in {} engagements\n"
       "hand               {} samples, {} dropped\n"
       "hand to command    {}\n"
-      "planner            {}; {} plans followed, {} failed, {} came late\n"
+      "planner            {}; {} plans followed, {} failed, {} late\n"
       "control            {} cycles, {} deadlines missed ({:.4f} %); woken late by {}\n",
       s.duration, s.engaged, s.engagements, s.samples, s.dropped_samples, format_timing(s.latency_us),
       format_timing(s.solve_us), s.plans, s.failed_plans, s.late_plans, s.cycles, s.missed_deadlines,
@@ -66,7 +66,7 @@ std::string format_summary(const LiveSummary& s) {
   text += to_text(s.monitor);
   text += fmt::format("liquid             {}\n", s.spilled ? "spilled" : "nothing spilled");
   if (s.tap_drops > 0) text += fmt::format("recording          {} messages were dropped\n", s.tap_drops);
-  for (const auto& [reason, count] : s.holds) text += fmt::format("held back          {} x {}\n", count, reason);
+  for (const auto& [reason, count] : s.holds) text += fmt::format("held or stopped    {} x {}\n", count, reason);
   return text;
 }
 
@@ -90,7 +90,7 @@ Status check(const Options& options, const SessionSettings& settings) {
   }
   if (!options.headless && (options.keep_going || options.hand_on_hardware)) {
     return Error{options.keep_going ? "--keep-going is for --headless: at the page a person resets"
-                                    : "--hand-on-hardware is for --headless: at the page a person leads"};
+                                    : "--hand-on-hardware needs --headless: at the page a person controls the arm"};
   }
   return Done{};
 }
@@ -101,7 +101,7 @@ Status check_hand(const Options& options, const SessionSettings& settings) {
   if (options.keep_going)
     return Error{"--keep-going is for a simulated arm; a real one that stopped waits for a person"};
   if (options.headless && !options.hand_on_hardware && settings.ros2.hand.empty()) {
-    return Error{"--headless would let a recorded hand lead a real arm; --hand-on-hardware says that it may"};
+    return Error{"--headless would move a real arm with a recorded hand; add --hand-on-hardware to allow it"};
   }
   return Done{};
 }
@@ -300,27 +300,27 @@ Status run(Options options, int& exit_code) {
 
 void add_demo_command(CommandLine& app, Command& chosen, int& exit_code) {
   const auto options = std::make_shared<Options>();
-  CommandLine* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
+  CommandLine* command = app.add_subcommand("demo", "Run a live session: an arm follows a hand");
   command->add_flag("--headless", options->headless,
                     "Without a page: a recorded hand, over and over, until Ctrl-C or until the arm stops");
   command->add_flag("--keep-going", options->keep_going,
                     "With --headless and a simulated arm: reset after each stop, and play again");
   command->add_flag("--hand-on-hardware", options->hand_on_hardware,
-                    "With --headless and a real arm, which else is refused: the recorded hand leads it");
+                    "Allow --headless to move a real arm with the recorded hand");
   command->add_flag("--no-browser", options->no_browser, "Do not open the page");
   command->add_option("--tip", options->tip, kTipHelp);
   command->add_flag("--no-fit", options->no_fit, kNoFitHelp);
-  command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");
+  command->add_option("--page", options->page, "Serve the page from this folder instead of the built-in one");
   command->add_option("--input", options->input,
                       "Recording that may play the hand (formats: see replay); default: bundled hands");
   command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
-  command->add_option("--from", options->range.from, "Begin here in the recording, s");
-  command->add_option("--until", options->range.until, "End here in the recording, s");
-  command->add_option("--seconds", options->seconds, "End after so long; 0: at Ctrl-C")->capture_default_str();
+  command->add_option("--from", options->range.from, "Start at this time of the recording, s");
+  command->add_option("--until", options->range.until, "End at this time of the recording, s");
+  command->add_option("--seconds", options->seconds, "End after this time, s; 0: at Ctrl-C")->capture_default_str();
   add_settings_options(*command, options->settings);
   add_arm_options(*command, options->arm);
   add_camera_options(*command, options->cameras);
-  command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
+  command->footer("Ctrl-C stops the arm and prints a summary of the session.");
   command->callback(
       [options, &chosen, &exit_code] { chosen = [options, &exit_code] { return run(*options, exit_code); }; });
 }

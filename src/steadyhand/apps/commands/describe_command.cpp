@@ -29,7 +29,7 @@ void add_describe_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<DescribeOptions>();
   CommandLine* command = app.add_subcommand("describe", "Print a robot as JSON: joints, tool, limits, bodies, pairs");
   command->add_option("robot", options->robot, "Name (ur5e), robot file (*.yaml) or URDF")->required();
-  command->add_flag("--pretty", options->pretty, "Over several lines");
+  command->add_flag("--pretty", options->pretty, "Print on several lines");
   command->footer(
       "Examples:\n"
       "  steadyhand describe ur5e\n"

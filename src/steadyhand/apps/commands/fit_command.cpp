@@ -107,23 +107,28 @@ void add_fit_command(CommandLine& app, Command& chosen) {
   command->add_option("urdf", options->urdf, "URDF with its meshes")->required();
   command->add_option("--out", options->out, "Robot file to write (default: the URDF's name, in this folder)");
   command->add_option("--tip", options->tip, "URDF link that carries the tool (default: the end of the longest chain)");
-  command->add_flag("--force", options->force, "Write over files that are there");
+  command->add_flag("--force", options->force, "Overwrite existing files");
   command->add_option("--picture", options->picture, "Draw meshes and bodies, SVG");
-  command->add_option("--most", options->most, "Bodies of a link, at most")->within(1, 12)->capture_default_str();
+  command->add_option("--most", options->most, "Largest number of bodies per link")
+      ->within(1, 12)
+      ->capture_default_str();
   command
-      ->add_option("--rounds", options->rounds, "How often each link is fitted again to the others' bodies; 0 is quick")
+      ->add_option("--rounds", options->rounds,
+                   "Rounds in which each link is fitted again to the others' bodies; 0 is fast")
       ->within(0, 100)
       ->capture_default_str();
   command->add_flag("--no-boxes", options->no_boxes, "Spheres and capsules only");
   command->add_flag("--touching", options->touching,
-                    "Keep nothing between links that touch in every configuration, instead of refusing the arm");
-  command->add_flag("--visual", options->visual, "Cover visual geometry also where there is collision geometry");
+                    "Accept links that touch in every configuration; no distance is kept between them");
+  command->add_flag("--visual", options->visual, "Cover visual geometry instead of collision geometry");
   command->add_option("--mesh", options->meshes,
                       "LINK=FILE ...: cover these files instead of the link's own geometry, in the frame of its mesh");
-  command->add_option("--judge", options->judge, "Random configurations, to tell what the bodies cost; 0: none")
+  command
+      ->add_option("--judge", options->judge,
+                   "Random configurations that measure the free space lost to the bodies; 0: none")
       ->within(0, 1e7)
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "Of the search")->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed of the search")->capture_default_str();
   command->footer(
       "Examples:\n"
       "  steadyhand fit my_arm.urdf --picture my_arm.svg\n"

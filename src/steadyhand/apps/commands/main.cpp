@@ -16,23 +16,23 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  ./steadyhand demo --headless --seconds 60  a simulated arm follows a recorded hand, live\n"
     "  ./steadyhand config                        the settings of a live session, with unit and origin\n"
-    "  ./steadyhand check --host 192.168.0.10     is this machine fit to lead that arm? Nothing moves\n"
+    "  ./steadyhand check --host 192.168.0.10     test machine and network for this arm; the arm does not move\n"
     "  ./steadyhand replay                        a bundled hand, under three profiles, with a report\n"
     "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
     "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
-    "  ./steadyhand report SESSION.mcap           what was driven; without a session, those that there are\n"
+    "  ./steadyhand report SESSION.mcap           report of a session; without a session, a list of sessions\n"
     "  ./steadyhand describe ur5e                 the robot as JSON\n"
     "  ./steadyhand describe my_arm.urdf --pretty\n"
     "  ./steadyhand fit my_arm.urdf --out my_arm.yaml   bodies that cover its meshes, as a robot file\n"
     "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
-    "  ./steadyhand site --out site               the page with planner and simulated arm as files for any web server\n"
-    "  ./steadyhand bench                         our solver beside its peers\n"
+    "  ./steadyhand site --out site               the page with planner and simulated arm, as static files\n"
+    "  ./steadyhand bench                         compare the solver with others\n"
     "  ./steadyhand tasks stack --episodes 100    a scripted operator does tasks in a scene with contact\n"
     "  ./steadyhand study STUDY.yaml              a user study, with people or simulated operators\n"
-    "  ./steadyhand dataset SESSION... --out DIR  a data set for imitation learning, of recorded sessions\n"
+    "  ./steadyhand dataset SESSION... --out DIR  make a data set for imitation learning from recorded sessions\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
-    "bench, site, study, dataset and test belong to the script ./steadyhand, which also installs and builds what is "
-    "missing: check, fit, tasks and other arms when they are first asked for.\n"
+    "The script ./steadyhand has bench, site, study, dataset and test. It also installs and builds what is "
+    "missing, such as check, fit, tasks and other arms at their first use.\n"
     "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
     "stderr.";
 
@@ -67,9 +67,9 @@ int fail(const std::string& message) {
 
 int main(int argc, char** argv) {
   keep_standard_descriptors();
-  steadyhand::CommandLine app(
-      "steadyhand",
-      "A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds.");
+  steadyhand::CommandLine app("steadyhand",
+                              "Teleoperation of a robot arm by model predictive control: within its limits, without "
+                              "collisions, without spilling a glass.");
   app.version("steadyhand " STEADYHAND_VERSION);
   app.footer(kExamples);
   steadyhand::Command command;

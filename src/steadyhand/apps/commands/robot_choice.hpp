@@ -20,6 +20,6 @@ Kinematics at_home(const RobotModel& model);
 inline constexpr const char* kTipHelp =
     "Link of a bare URDF that carries the tool (default: the end of the longest chain)";
 /// Help of the flag that sets no_fit.
-inline constexpr const char* kNoFitHelp = "A bare URDF goes without bodies: nothing keeps the arm off itself";
+inline constexpr const char* kNoFitHelp = "Accept a bare URDF without collision bodies: the arm can hit itself";
 
 }  // namespace steadyhand

@@ -56,7 +56,7 @@ Status Ros2Side::take_scene(LiveSession& session, const Clock& clock) {
     const std::lock_guard lock(saying_);
     if (done || (said_at_ && now - *said_at_ < kSayPeriod)) return;
     said_at_ = now;
-    say_("note: a scene from ROS 2 is not taken: " + done.error().message + "\n");
+    say_("note: a scene from ROS 2 is ignored: " + done.error().message + "\n");
   });
 }
 

@@ -63,9 +63,9 @@ Status print_setup(const std::string& robot, const std::filesystem::path& scene)
 void add_site_data_command(CommandLine& app, Command& chosen) {
   const auto robot = std::make_shared<std::string>(), scene = std::make_shared<std::string>();
   CommandLine* command = app.add_subcommand(
-      "site-data", "Print what a session in a browser begins with, as JSON: robot, cell, profiles, recorded hands");
+      "site-data", "Print the data of a session in a browser as JSON: robot, cell, profiles, recorded hands");
   command->add_option("robot", *robot, "Name (ur5e), robot file (*.yaml) or URDF")->required();
-  command->add_option("--scene", *scene, "Write what the page draws of the robot, as glTF (.glb)");
+  command->add_option("--scene", *scene, "Write the robot's meshes for the page, as glTF (.glb)");
   command->footer(
       "`./steadyhand site` puts it among the files of a site that needs no program (docs/how-to/browser.md).");
   command->callback([=, &chosen] { chosen = [=] { return print_setup(*robot, *scene); }; });

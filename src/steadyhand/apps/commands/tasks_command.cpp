@@ -201,16 +201,16 @@ Status run_tasks(const TasksOptions& options) {
 
 void add_tasks_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<TasksOptions>();
-  CommandLine* command =
-      app.add_subcommand("tasks", "A scripted operator does tasks in scenes with contact (docs/reference/tasks.md)");
+  CommandLine* command = app.add_subcommand(
+      "tasks", "Run tasks in scenes with contact, with a scripted operator (docs/reference/tasks.md)");
   command->add_option("tasks", options->tasks, "Names of tasks/, or task files; default: all of tasks/");
-  command->add_option("--episodes", options->episodes, "Of each task under each profile, seed after seed")
+  command->add_option("--episodes", options->episodes, "Episodes for each task and profile, with consecutive seeds")
       ->capture_default_str();
-  command->add_option("--profiles", options->profiles, "Under which profiles")->expected(1, -1)->capture_default_str();
-  command->add_flag("--each", options->each, "Say on stderr how each episode went, not only those that failed");
+  command->add_option("--profiles", options->profiles, "Profiles")->expected(1, -1)->capture_default_str();
+  command->add_flag("--each", options->each, "Print the result of each episode to stderr, not only failures");
   add_settings_options(*command, options->settings, OptionsFor::kTasks);
   command->footer(
-      "In virtual time, as fast as this machine can, planning at 50 Hz unless --rate says another; the first seed is "
+      "Runs in virtual time, as fast as possible, with 50 plans per second (--rate changes that). The first seed is "
       "mujoco.seed. With --sessions each episode is recorded, which `dataset` reads.\n"
       "Examples:\n"
       "  steadyhand tasks stack --episodes 100 --profiles tracking carry\n"

@@ -28,7 +28,7 @@ struct PlanResult {
 class Turn {
  public:
   explicit Turn(std::atomic_flag& busy) : busy_(busy) {
-    if (busy_.test_and_set()) throw Refused("another thread is using this object; give each thread one of its own");
+    if (busy_.test_and_set()) throw Refused("another thread is using this object; give each thread its own object");
   }
   ~Turn() { busy_.clear(); }
   Turn(const Turn&) = delete;

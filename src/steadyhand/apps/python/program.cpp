@@ -23,9 +23,9 @@ constexpr const char* kExamples =
 nb::tuple run_program(std::vector<std::string> words) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
-  CommandLine app(
-      "steadyhand",
-      "A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds.");
+  CommandLine app("steadyhand",
+                  "Teleoperation of a robot arm by model predictive control: within its limits, without collisions, "
+                  "without spilling a glass.");
   app.version("steadyhand " STEADYHAND_VERSION);
   app.footer(kExamples);
   Command command;

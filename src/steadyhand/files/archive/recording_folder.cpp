@@ -102,7 +102,7 @@ std::string RecordingFolder::make_room(const Opened& newest) {
       prune_recordings(settings_.path, static_cast<std::uintmax_t>(1e9 * settings_.max_gb), newest.where);
   if (pruned.files == 0) return {};
   return fmt::format(
-      "deleted the {} oldest recordings, up to {} ({:.1f} GB): {} is to hold at most {} GB "
+      "deleted the {} oldest recordings, up to {} ({:.1f} GB): {} may have at most {} GB "
       "(recording.folder_max)",
       pruned.files, pruned.newest, 1e-9 * static_cast<double>(pruned.bytes), settings_.path.string(), settings_.max_gb);
 }

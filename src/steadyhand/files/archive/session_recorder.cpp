@@ -153,7 +153,7 @@ void SessionRecorder::check(const Status& written) {
   wanted_ = recording_ = false;
   file_.reset();
   lose_episode();
-  notice("the recording ended, the session goes on: " + written.error().message);
+  notice("the recording ended, the session continues: " + written.error().message);
 }
 
 /// The same message, its stamps counted from the session's begin.
@@ -364,7 +364,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
       wanted_ = false;
       sum_up(now);
       end_file();
-      notice("the recording ended, the session goes on: " + why);
+      notice("the recording ended, the session continues: " + why);
     }
     if (file_ && place_->is_gone(opened_)) end_file();  // the next round begins another
   }

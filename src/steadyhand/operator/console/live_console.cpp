@@ -221,7 +221,7 @@ Status LiveConsole::set_up_scene(double seed) {
 }
 
 Status LiveConsole::mark_episode(EpisodeMark mark) {
-  if (!started_) return Error{"the session has not begun"};
+  if (!started_) return Error{"the session has not started"};
   if (mark.kind == EpisodeMark::Kind::kBegin && !(recorder_->recording() && recorder_->wanted())) {
     return Error{"the session is not recorded, so no episode could be kept; record it first"};
   }
@@ -276,7 +276,7 @@ void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
 
 /// On the server's thread; what the disk says comes later.
 Status LiveConsole::edit_session(const SessionEdit& edit) {
-  if (!started_) return Error{"the session has not begun"};
+  if (!started_) return Error{"the session has not started"};
   return library_->edit(edit, recorder_->writing(), [this](const Status& done) {
     if (!done) say(done.error().message + "\n");
   });

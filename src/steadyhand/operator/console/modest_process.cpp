@@ -109,7 +109,7 @@ Status run_into(const ModestProcess& process, int file, const std::atomic<bool>&
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXFSZ) return Error{"too much to be shown"};
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return Done{};
   while (!error.empty() && error.back() == '\n') error.pop_back();
-  if (error.empty()) return Error{"it was ended, for want of memory or by somebody"};
+  if (error.empty()) return Error{"it was ended for lack of memory, or by a user"};
   return Error{error};
 }
 

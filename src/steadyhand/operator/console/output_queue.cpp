@@ -46,7 +46,8 @@ void OutputQueue::draw(std::string text) {
       return;
     }
     if (shared_->untold > 0) {
-      shared_->waiting += fmt::format("({} lines are missing here: nobody read them)\n", shared_->untold);
+      shared_->waiting +=
+          fmt::format("({} lines are missing here: the terminal did not read them in time)\n", shared_->untold);
       shared_->untold = 0;
     }
     shared_->waiting += text;

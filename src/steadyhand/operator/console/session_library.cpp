@@ -50,7 +50,7 @@ Result<FreshPage> motion(const fs::path& file) {
   const Result<SessionFile> session = load_session(file, replayed_parts(*overview));
   if (!session) return session.error();
   const bool moved = std::ranges::any_of(session->states, [](const JointState& state) { return state.q.allFinite(); });
-  if (!moved) return Error{session->name + ": the arm never said where it was"};
+  if (!moved) return Error{session->name + ": the arm never reported its position"};
   return FreshPage{motion_json(*session, look_period(*overview)), "application/json"};
 }
 
