@@ -201,9 +201,9 @@ TEST_F(OnUr5e, RefusesTasksThatTheirFilesDoNotFit) {
   bad.scene = (folder.path() / "none.xml").string();
   EXPECT_NE(refusal(bad).find("none.xml: no such file"), std::string::npos) << refusal(bad);
   bad.scene = write("text.xml", "no MJCF");
-  EXPECT_NE(refusal(bad).find("text.xml: MuJoCo says: "), std::string::npos) << refusal(bad);
+  EXPECT_NE(refusal(bad).find("text.xml: MuJoCo reports: "), std::string::npos) << refusal(bad);
   bad.scene = write("cut.xml", "<mujoco><worldbody><body name=\"mark\">");
-  EXPECT_NE(refusal(bad).find("cut.xml: MuJoCo says: "), std::string::npos) << refusal(bad);
+  EXPECT_NE(refusal(bad).find("cut.xml: MuJoCo reports: "), std::string::npos) << refusal(bad);
   bad.scene = write("bare.xml", "<mujoco/>");
   EXPECT_NE(refusal(bad).find("task 'carry' names 'mark'; "), std::string::npos) << refusal(bad);
   bad.scene = write("fixed.xml", "<mujoco><worldbody><body name=\"mark\"/><body name=\"table\"/></worldbody></mujoco>");

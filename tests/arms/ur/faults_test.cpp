@@ -197,7 +197,7 @@ TEST_F(UrFaults, SilenceBeforeItFollowsIsWaitedFor) {
   swinging.forget();
   arm->controller.unplug(1000000);
   (void)run(8.0);
-  expect_reason("no word");
+  expect_reason("no message");
 }
 
 TEST_F(UrFaults, SomebodyElsesProgramIsNotEndedUnasked) {
