@@ -1,5 +1,5 @@
 #pragma once
 
-/// Arms: what a driver does (`Arm`), and the simulated arm. A driver of your own derives from `Arm`.
+/// Arms: what a driver does (`Arm`), and the simulated arm. Your driver derives from `Arm`.
 
 #include "steadyhand/arms/driver/simulated_arm.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Session: an operator's hand leads an arm, on threads and under supervision. Links with steadyhand::live.
+/// Session: an operator's hand controls an arm, on threads and under supervision. Links with steadyhand::live.
 ///
 ///     auto session = LiveSession::make(model, LiveSettings(profile), arm, clock);
 ///     (*session)->start();

@@ -9,7 +9,7 @@
 
 namespace steadyhand {
 
-/// Whether an arm does what it is told.
+/// Whether an arm follows commands.
 enum class ArmStatus {
   kStarting,   ///< not yet: it is being switched on, or recovers from a stop
   kFollowing,  ///< the arm goes from kStarting to this by itself, also when a session begins, without restart()
@@ -18,23 +18,23 @@ enum class ArmStatus {
 
 /// What an arm reports once a cycle.
 struct ArmState {
-  JointState joints;        ///< measured at `joints.stamp.made`, the session's clock
-  std::uint64_t cycle = 0;  ///< counts control cycles of the arm, also those that the program slept through
+  JointState joints;                        ///< measured at `joints.stamp.made`, the session's clock
+  std::uint64_t cycle = 0;                  ///< counts control cycles of the arm, also those that the program missed
   ArmStatus status = ArmStatus::kStarting;  ///< whether it follows commands
   std::string_view reason;                  ///< why it stopped; static text
   /// Set while the arm follows if it got no command for the cycle before this one: where its own set-point has gone
-  /// meanwhile, in that cycle, within its limits. What it is sent next has to go on from there.
+  /// meanwhile, in that cycle, within its limits. The next command must continue from there.
   std::optional<JointCommand> carried_on;
 };
 
-/// What an arm is, and whether it is dangerous.
+/// Properties of an arm, and whether it is dangerous.
 struct ArmInfo {
   std::string name;        ///< for people
   int joints = 0;          ///< n
   double rate_hz = 500.0;  ///< of control cycles
   double delay = 0.0;      ///< s, between a command and what is measured of it, about
-  bool hardware = true;    ///< moves what can hurt somebody: no recorded hand leads it unasked, and it begins slowly
-  bool gripper = false;    ///< takes JointCommand::gripper, and tells JointState::gripper
+  bool hardware = true;    ///< can hurt a person: recorded hands need an explicit option, and it starts slowly
+  bool gripper = false;    ///< takes JointCommand::gripper, and reports JointState::gripper
 };
 
 /// An arm that takes joint positions, real or simulated. It paces the control loop: receive, think, send, once a cycle.
@@ -49,8 +49,8 @@ class Arm {
   /// The commands from now on are samples of this plan, which was checked to its end, where it rests. Comes before the
   /// first of them, as often as the plan changes. For arms that are sent motions: to others it means nothing.
   virtual void follow(const Plan& plan) { (void)plan; }
-  /// The set-point of this cycle. Ignored unless the arm is following. It must continue those before it, the arm's own
-  /// too (ArmState::carried_on): an arm may refuse a step, or limits exceeded, with a stop of its own.
+  /// The set-point of this cycle. Ignored unless the arm is following. It must continue the earlier ones,
+  /// and ArmState::carried_on: an arm may stop by itself at a step, or beyond its limits.
   virtual void send(const JointCommand& command) = 0;
   /// Asks the arm to follow commands again after a stop, from where it is; the first command must be there. A session
   /// calls this after each reset, and not when it begins. Does not wait: the status shows when the arm follows.

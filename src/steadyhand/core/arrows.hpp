@@ -12,11 +12,11 @@
 /// OperatorSample -> Target -> Reference -> Plan -> JointCommand -> (arm) -> JointState.
 namespace steadyhand {
 
-/// Whose hand it is that leads the arm.
+/// Source of the hand that controls the arm.
 enum class Leader : std::uint8_t {
   kPerson,
   kRecording,  ///< a recorded hand that plays
-  kPolicy,     ///< a program that says where the tool is to be
+  kPolicy,     ///< a program that sends poses of the tool
 };
 /// Their names in recordings and the protocol.
 constexpr auto names_of(Leader) {
@@ -27,20 +27,20 @@ constexpr auto names_of(Leader) {
 /// The operator's hand as the headset or recording reports it.
 struct OperatorSample {
   Stamp stamp;  ///< `hand`: when the device saw it
-  /// Robot axes: z up; the operator's room frame. Of a policy: where it wants the tool, in the base.
+  /// Robot axes: z up; the operator's room frame. A policy's: the tool that it asks for, in the base.
   Pose X_operator_hand;
-  bool clutch = false;    ///< true while the operator holds the arm engaged
+  bool clutch = false;    ///< true while the clutch is closed
   bool tracked = true;    ///< false: the device has no valid pose now
   bool emulated = false;  ///< WebXR emulatedPosition: position is a guess of the device
   Time look_ahead{0};     ///< the device predicted the pose: it is where the hand will be at stamp.hand + look_ahead
   std::optional<double> gripper{};  ///< 0 open to 1 closed, as the operator wants it; absent: as it is
   Leader leader = Leader::kPerson;  ///< whose it is
-  bool intervention = false;        ///< a person leads in the turn of a policy, which waits
+  bool intervention = false;        ///< a person controls the arm in a policy's turn, which waits
 };
 
 /// Where the operator wants the controlled frame (the glass) to be.
 struct Target {
-  Stamp stamp;                      ///< of the operator sample
+  Stamp stamp;                      ///< stamp of the operator sample
   Pose X_base_tool;                 ///< where the controlled frame is to be
   bool engaged = false;             ///< false: pose is where the arm was left; do not follow
   Time look_ahead{0};               ///< as the operator sample's
@@ -55,13 +55,13 @@ struct Spread {
 
 /// The predicted target over the planner's horizon: entry k-1 holds node k = 1..nodes at time start + k * dt.
 struct Reference {
-  Stamp stamp;                               ///< of the newest target
-  Time start{0};                             ///< of node 0
+  Stamp stamp;                               ///< stamp of the newest target
+  Time start{0};                             ///< time of node 0
   double dt = 0.05;                          ///< s
   int nodes = 0;                             ///< N
   std::array<Vector3, kMaxHorizon> p;        ///< m, base frame
   std::array<Matrix3, kMaxHorizon> R;        ///< controlled frame to base
-  std::array<Spread, kMaxHorizon> spread{};  ///< of p
+  std::array<Spread, kMaxHorizon> spread{};  ///< uncertainty of p
 };
 
 /// How a plan came about.
@@ -72,13 +72,13 @@ enum class PlanOrigin {
 };
 
 /// A checked joint trajectory that ends at rest: accelerations constant on intervals of dt (exact double integrator),
-/// first the optimal control problem's N intervals, then a stop inside the acceleration limits. After its end it stands
-/// still.
+/// first the optimal control problem's N intervals, then a stop inside the acceleration limits. After its end the arm
+/// is stationary.
 struct Plan {
   static constexpr int kMaxIntervals = 2 * kMaxHorizon;  ///< most intervals
 
-  Stamp stamp;                                   ///< of the reference
-  Time start{0};                                 ///< of x_0
+  Stamp stamp;                                   ///< stamp of the reference
+  Time start{0};                                 ///< time of x_0
   double dt = 0.05;                              ///< s
   int joints = 0;                                ///< n
   int intervals = 0;                             ///< N plus those of the stop
@@ -95,7 +95,7 @@ struct Plan {
   /// @}
 };
 
-/// What the arm is told to do at `stamp.made`.
+/// Command to the arm for `stamp.made`.
 struct JointCommand {
   Stamp stamp;                      ///< `made`: when it is to be so
   JointVector q;                    ///< rad (m for prismatic joints)
@@ -104,7 +104,7 @@ struct JointCommand {
   std::optional<double> gripper{};  ///< 0 open to 1 closed; absent: the arm has none
 };
 
-/// What the arm says it does; measured at `stamp.made`.
+/// State that the arm reports; measured at `stamp.made`.
 struct JointState {
   Stamp stamp;                      ///< `made`: when it was measured
   JointVector q;                    ///< rad

@@ -31,7 +31,7 @@ inline constexpr int kMaxObstacleRows = 64;
 inline constexpr double kMostClearance = 0.02;  ///< m, see OcpInstance::clearance
 inline constexpr int kUsualObstacleRows = 24;   ///< see OcpSettings::obstacle_rows
 
-/// What the terms are computed with comes as `double` or as `Lanes`, see core/lanes.hpp.
+/// Terms are computed in `double` or `Lanes`, see core/lanes.hpp.
 template <typename Scalar>
 using Vector3Of = Eigen::Matrix<Scalar, 3, 1>;
 /// 3 x 3, likewise.

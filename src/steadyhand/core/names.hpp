@@ -26,7 +26,7 @@ Name(Enum, const char*, const char*) -> Name<Enum>;
 /// The table of an enumeration's names.
 template <typename Enum, std::size_t N>
 struct Names {
-  std::string_view type;              ///< of the enumeration, in schemas and TypeScript
+  std::string_view type;              ///< name of the enumeration, in schemas and TypeScript
   std::array<Name<Enum>, N> entries;  ///< in the order of the enumerators
 };
 
@@ -36,7 +36,7 @@ template <typename Enum, std::size_t N>
 consteval Names<Enum, N> named(std::string_view type, const Name<Enum> (&entries)[N]) {
   Names<Enum, N> names{type, std::to_array(entries)};
   for (std::size_t i = 0; i < N; ++i) {
-    if (static_cast<std::size_t>(entries[i].value) != i) throw "names must stand in the order of the enumerators";
+    if (static_cast<std::size_t>(entries[i].value) != i) throw "names must have the order of the enumerators";
   }
   return names;
 }

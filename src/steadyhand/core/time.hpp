@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-/// Time since the epoch of whoever made it (the recording's start in a replay, the monotonic clock in a live session).
+/// Time since the epoch of its source (the recording's start in a replay, the monotonic clock in a live session).
 using Time = std::chrono::nanoseconds;
 
 /// s
@@ -28,7 +28,7 @@ struct TimingSummary {
   double max = 0.0;   ///< us
 };
 
-/// Where the threads of a live session take their time from; tests have one that they move themselves.
+/// Where the threads of a live session take their time from; tests set their own.
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -41,7 +41,7 @@ class Clock {
   Clock() = default;
 };
 
-/// The computer's monotonic clock: nobody can set it, so a change of the time of day does not reach a session.
+/// The computer's monotonic clock: it cannot be set, so a change of the time of day does not affect a session.
 class MonotonicClock final : public Clock {
  public:
   Time now() const override;

@@ -18,7 +18,7 @@ struct SimulatedArmSettings {
   double quantisation = 1.2e-5;
   double bridged = 0.004;  ///< s without a command that it carries its motion on, before it brakes
   double noise = 0.0;      ///< standard deviation of measured position, rad (m), and a hundred times that of speed
-  unsigned seed = 1;       ///< of the noise
+  unsigned seed = 1;       ///< seed of the noise
   double command_timeout = 0.1;  ///< s without a command after which the arm stops by itself, > 0
   double start_time = 0.05;      ///< s from restart() to following
 };
@@ -27,7 +27,7 @@ struct SimulatedArmSettings {
 /// are missing, or beyond the limits, it brakes and stops by itself as a real one does.
 class SimulatedArm final : public Arm {
  public:
-  /// Stands at `q`; its time begins with the first receive(). Model and clock must outlive it.
+  /// Stationary at `q`; its time starts with the first receive(). Model and clock must outlive it.
   SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock);
   ~SimulatedArm() override;
 

@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-/// Where the files are that a short name stands for.
+/// Folders of the files that have a short name.
 struct Places {
   std::filesystem::path data;  ///< robots/, profiles/, recordings/
   /// Where Python packages are installed; the first that has a file counts.
@@ -16,7 +16,7 @@ struct Places {
 
   /// `data` is share/steadyhand in the folder of this library or program, or one or two folders above it, as it was
   /// built or installed; the environment variable STEADYHAND_DATA names another. `packages` is the folder of that name
-  /// in there, and behind it what add_packages() was told.
+  /// in there, followed by the folders of add_packages().
   static Places standard();
   /// Python packages are installed in this folder, too. Any thread.
   static void add_packages(const std::filesystem::path& folder);

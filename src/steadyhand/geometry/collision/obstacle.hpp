@@ -15,20 +15,20 @@ namespace steadyhand {
 inline constexpr int kMaxObstacles = 64;
 /// Most of them that an arm carries at once.
 inline constexpr int kMaxCarried = 8;
-/// What moves with the arm, by index: first the bodies of its model, then from kMaxBodies on each obstacle that it
-/// carries.
+/// Largest number of solids that move with the arm, by index: first the bodies of its model, then from kMaxBodies on
+/// each obstacle that it carries.
 inline constexpr int kMaxSolids = kMaxBodies + kMaxObstacles;
 /// Index of an obstacle among what moves with the arm, if it is carried.
 constexpr int solid_of(int obstacle) { return kMaxBodies + obstacle; }
 
-/// A solid that the arm must not touch, or one that it carries. What is fixed to the base touches what it likes.
+/// A solid that the arm must not touch, or one that it carries. Bodies that are fixed to the base may touch it.
 struct Obstacle {
   Shape shape;                         ///< of any kind, with the margin that is kept around it
   Placed at;                           ///< in the base, at Obstacles::time; if carried in the tool's frame
   Vector3 velocity = Vector3::Zero();  ///< m/s, base frame; it does not turn
-  double margin = 0.0;                 ///< m, of the shape: the solid itself begins further in
-  std::bitset<kMaxSolids> ignores;     ///< what moves with the arm and may touch it, by index
-  bool carried = false;                ///< by the tool: it is a part of the arm, and what else stands keeps its margin
+  double margin = 0.0;                 ///< m, included in the shape: the solid itself is smaller by this
+  std::bitset<kMaxSolids> ignores;     ///< indices of solids of the arm that may touch it
+  bool carried = false;                ///< by the tool, as a part of the arm; other obstacles keep their margins
 };
 
 /// Where it is after t (s).
@@ -40,20 +40,20 @@ PlacedOf<Scalar> placed_after(const Obstacle& obstacle, const Scalar& t) {
   return result;
 }
 
-/// What stands in the arm's cell. Of a fixed size: it goes from thread to thread.
+/// Obstacles of an arm. The size is fixed, because they are copied between threads.
 struct Obstacles {
   static constexpr int kMost = kMaxObstacles;  ///< entries of `list`
   static constexpr double kFarthest = 1e3;     ///< m, from the base, at `time`
 
-  std::uint64_t version = 0;         ///< of these obstacles: grows with each change while a session runs
-  Time time{0};                      ///< at which they are where they say
+  std::uint64_t version = 0;         ///< version of these obstacles: grows with each change while a session runs
+  Time time{0};                      ///< when they are at their positions
   int count = 0;                     ///< how many there are
   std::array<Obstacle, kMost> list;  ///< the first `count` of them
 
   /// Those that there are.
   std::span<const Obstacle> all() const { return std::span(list).first(count); }
 };
-/// Nothing stands there.
+/// No obstacles.
 inline const Obstacles kNoObstacles;
 
 /// Why there is no such obstacle: sizes, numbers that are not finite, a frame that is no rotation, too far or too fast.

@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-/// What solids are made of. Sphere, capsule and box are all that is within a radius of a core: a point, a segment, a
+/// Kinds of shapes. Sphere, capsule and box are all points within a radius of a core: a point, a segment, a
 /// box.
 enum class ShapeKind {
   kSphere,
@@ -18,7 +18,7 @@ enum class ShapeKind {
   kHalfSpace,  ///< z <= 0; of the world only
 };
 
-/// A solid in a frame of its own, origin at the centre of its core.
+/// A solid in its own frame, with the origin at the centre of its core.
 struct Shape {
   ShapeKind kind = ShapeKind::kSphere;  ///< how the rest is read
   Vector3 core = Vector3::Zero();       ///< m, half extents of the core: 0; (0, 0, h); (x, y, z); (r, r, h); 0

@@ -8,40 +8,40 @@
 
 namespace steadyhand {
 
-/// Something solid that stands around an arm.
+/// A solid object near an arm.
 struct CellObject {
   std::string name;                              ///< for people
   Shape shape;                                   ///< without its margin
-  Eigen::Isometry3d origin;                      ///< of the shape's frame, in the base, or the root
+  Eigen::Isometry3d origin;                      ///< pose of the shape's frame, in the base, or the root
   bool in_root = false;                          ///< origin and velocity are in the frame of the URDF's root
   Vector3 velocity = Vector3::Zero();            ///< m/s, in the same frame
   double margin = 0.01;                          ///< m, kept around it
   std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm, or other objects if carried
   bool holds_only_tool = false;                  ///< all but the bodies on the tool's link may touch it
-  /// The tool carries it: origin is in the tool's frame, and it moves with the arm as a part of it, without velocity or
-  /// margin of its own. Bodies on the tool's link may touch it.
+  /// The tool carries it: origin is in the tool's frame, and it moves with the arm as a part of it, without its own
+  /// velocity or margin. Bodies on the tool's link may touch it.
   bool attached = false;
   std::string color{};  ///< "#rrggbb" on the page; empty: the page's own; "none": not drawn
 };
 
-/// What stands around an arm, by name.
+/// Obstacles of an arm, by name.
 struct Cell {
   std::string name;                 ///< for people
-  std::vector<CellObject> objects;  ///< each of its own name
+  std::vector<CellObject> objects;  ///< with different names
 };
 
 /// The cell with all its objects in the base, where the arm's mount has its root.
 Cell in_base(Cell cell, const RobotModel& model);
 
-/// The cell as it is `t` s later: what moves has gone on, and stands where it came to Obstacles::kFarthest.
+/// The cell `t` s later: moving objects have moved, and stop at Obstacles::kFarthest.
 Cell cell_after(Cell cell, double t);
 
 /// Fails on cells that cannot be, and where what the tool carries overlaps (by more than 2 mm) a body of the arm that
 /// must not touch it, which no motion might bring apart. Call set_position before.
 Status check_carried(const Cell& cell, const Kinematics& arm);
 
-/// The cell with this object in the tool, where it is now, or let go of, where it is now. Fails on a name that the cell
-/// does not have, on what is carried already, or is not, on half-spaces, and as check_carried. Call set_position
+/// The cell with this object attached to the tool, or released, at its present pose. Fails if the cell has no object of
+/// this name, if it is carried already, or is not, on half-spaces, and as check_carried. Call set_position
 /// before.
 Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm);
 /// The same, back.

@@ -20,10 +20,10 @@ PlacedOf<Scalar> on_tool(const KinematicsOf<Scalar>& arm, const Placed& at) {
   return result;
 }
 
-/// Of what moves with the arm (solid_of): what it is, on which link, and where. Call set_position before.
+/// A solid that moves with the arm (solid_of): its shape, link and pose. Call set_position before.
 struct Solid {
-  const Shape& shape;  ///< of the model, or the obstacles
-  int link;            ///< of the arm
+  const Shape& shape;  ///< shape of the model, or the obstacles
+  int link;            ///< link of the arm
   Placed at;           ///< in the base
 };
 /// @param index of a body, or solid_of an obstacle that is carried
@@ -76,8 +76,8 @@ struct NearestPair {
   double gap = std::numeric_limits<double>::infinity();  ///< m
 };
 
-/// The pair with the smallest gap, what the arm carries included. What plans, monitors, reports and pages say of
-/// distances is this. Call set_position before.
+/// The pair with the smallest gap, what the arm carries included. Plans, monitors, reports and pages
+/// use these distances. Call set_position before.
 NearestPair nearest_pair(const Kinematics& arm, const Obstacles& obstacles = kNoObstacles);
 
 /// The smallest gap, m; negative when a pair overlaps, infinite without pairs. Call set_position before.

@@ -18,9 +18,9 @@ struct TwistOf {
   friend TwistOf operator+(const TwistOf& a, const TwistOf& b) { return {a.angular + b.angular, a.linear + b.linear}; }
   /// The same.
   friend TwistOf operator-(const TwistOf& a, const TwistOf& b) { return {a.angular - b.angular, a.linear - b.linear}; }
-  /// Of a motion that is s times as fast.
+  /// Twist of a motion that is s times as fast.
   friend TwistOf operator*(const Scalar& s, const TwistOf& a) { return {s * a.angular, s * a.linear}; }
-  /// Of all six components.
+  /// Sum over all six components.
   Scalar dot(const TwistOf& b) const { return angular.dot(b.angular) + linear.dot(b.linear); }
 };
 /// One twist.
@@ -38,7 +38,7 @@ using MotionHessian = MotionHessianOf<double>;
 Eigen::Isometry3d motion(const Joint& joint, double q);
 
 /// Forward kinematics and derivatives of one configuration (Scalar = double), or of kLanes configurations at once
-/// (Lanes). Memory is taken by the constructor; nothing after it allocates. Mutable scratch of one thread, beside the
+/// (Lanes). Memory is taken by the constructor; nothing after it allocates. Mutable scratch of one thread, next to the
 /// const RobotModel.
 template <typename Scalar>
 class KinematicsOf {
@@ -87,7 +87,7 @@ class KinematicsOf {
  private:
   using Twist = TwistOf<Scalar>;
 
-  /// The chain in frames of our own whose z is the joint's axis, so that turning a joint mixes two columns.
+  /// The chain in internal frames whose z is the joint's axis, so that turning a joint mixes two columns.
   struct Link {
     Matrix3 R;  ///< joint frame k in frame k - 1, at q = 0
     Vector3 p;

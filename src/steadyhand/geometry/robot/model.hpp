@@ -34,7 +34,7 @@ struct Body {
   std::string name;                                          ///< for messages and pairs
   int link = 0;                                              ///< 0 does not move, k is the link behind joint k - 1
   Shape shape;                                               ///< not a half-space
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape's frame, in the link's
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< pose of the shape's frame, in the link's
 
   /// A sphere. center: m, link frame; radius: m
   static Body sphere(std::string name, int link, const Vector3& center, double radius) {
@@ -48,8 +48,8 @@ using BodyPair = std::pair<int, int>;
 /// A serial arm. Never changes after loading; every thread may read it.
 struct RobotModel {
   std::string name;    ///< for tables and files
-  std::string meshes;  ///< whose the page draws: a robot's name
-  /// Of the URDF's root in the base, whose z is up; the first joint's origin and the bodies on link 0 have it.
+  std::string meshes;  ///< name of the robot whose meshes the page draws
+  /// Pose of the URDF's root in the base, whose z is up; the first joint's origin and the bodies on link 0 have it.
   Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();
   std::vector<Joint> joints;               ///< n of them, from the base
   std::vector<std::string> link_names;     ///< n + 1, the URDF's name of the link that each joint moves; first the base
@@ -62,7 +62,7 @@ struct RobotModel {
   std::vector<Body> bodies;                ///< that cover the arm and what it holds
   std::vector<BodyPair> pairs;             ///< of bodies that are kept apart
   std::optional<double> gripper_time{};    ///< s, in which the tool, a gripper, closes; absent: it is none
-  std::vector<std::string> assumptions{};  ///< for people: what nobody has said, a line each
+  std::vector<std::string> assumptions{};  ///< for people: assumptions of the loader, a line each
 
   int dof() const { return static_cast<int>(joints.size()); }  ///< n
 };

@@ -6,22 +6,22 @@
 
 namespace steadyhand {
 
-/// An upright glass, partly filled: a cylinder, or another container by the radius of its surface and a frequency of
-/// its own.
+/// An upright glass, partly filled: a cylinder, or another container by the radius of its surface and its
+/// frequency.
 struct GlassSettings {
   double radius = 0.035;    ///< m, inside, of the liquid's surface, > 0
   double height = 0.1;      ///< m, inside, > fill
   double fill = 0.09;       ///< m of liquid, > 0
   double viscosity = 1e-6;  ///< m^2/s, kinematic, >= 0; water's
-  /// Of the first mode, over that of a cylinder of this radius and fill; from 0.2 to 5. `python bench/containers.py`
-  /// computes it from the shape.
+  /// Frequency of the first mode, relative to a cylinder of this radius and fill; from 0.2 to 5. `python
+  /// bench/containers.py` computes it from the shape.
   double frequency_factor = 1.0;
 
   double freeboard() const { return height - fill; }      ///< m, from the liquid at rest to the rim
-  bool operator==(const GlassSettings&) const = default;  ///< of all members
+  bool operator==(const GlassSettings&) const = default;  ///< compares all members
 };
 
-/// Of the surface under constant acceleration this share is the first mode's; the higher modes follow at once.
+/// Share of the first mode in the surface under constant acceleration; the higher modes follow at once.
 inline constexpr double kShareOfFirstMode = 0.837;
 
 /// Natural frequency of the first lateral sloshing mode of a cylinder, rad/s:
@@ -36,28 +36,27 @@ double slosh_damping(const GlassSettings& glass);
 
 /// The liquid in the glass: its surface as a plane that swings.
 struct LiquidState {
-  double tilt_x = 0.0;           ///< rad, of the surface's normal about the glass's x axis
+  double tilt_x = 0.0;           ///< rad, tilt of the surface's normal about the glass's x axis
   double tilt_y = 0.0;           ///< rad, about its y axis
   double freeboard = 0.0;        ///< m, from the surface's highest point to the rim; negative: over the rim
-  bool spilled = false;          ///< has gone over the rim since the last reset
-  double spilled_share = 0.0;    ///< of the liquid that was in it at the last reset, so far
+  bool spilled = false;          ///< liquid has gone over the rim since the last reset
+  double spilled_share = 0.0;    ///< share that was lost of the liquid at the last reset
   double least_freeboard = 0.0;  ///< m, the smallest since the last reset: the largest wave
-  /// m/s^2, sideways force on it, the largest of the last 20 ms and a little more: who looks 60 times a second misses
-  /// no peak.
+  /// m/s^2, lateral specific force, the largest of the last 20 ms and a little more: a reader at 60 Hz misses no peak.
   double lateral = 0.0;
 };
 
 /// The first sloshing mode, free to swing along the glass's x and y axes, with the equations of
-/// docs/explanation/formulation.md that the planner's `no_spill` has, in small steps of the motion that came about.
-/// What of the surface's plane stands over the rim is lost, and the surface sinks by as much. Waves that break, higher
-/// modes and splashes are not in it: in a fluid simulation crests stand 3 to 4 mm above the plane. Allocates nothing.
+/// docs/explanation/formulation.md that the planner's `no_spill` has, in small steps of the measured motion.
+/// Liquid of the surface's plane above the rim is lost, and the surface sinks by as much. Breaking waves, higher modes
+/// and splashes are not modelled: in a fluid simulation crests are 3 to 4 mm above the plane. Allocates nothing.
 class Liquid {
  public:
-  /// At rest in a glass that stands upright.
+  /// At rest in an upright glass.
   explicit Liquid(const GlassSettings& glass);
 
-  /// At rest, nothing spilled. In a glass that leans as full as that one can be, upside down empty.
-  /// @param local_acceleration of the glass at rest, as of update()
+  /// At rest, nothing spilled. A glass that leans is as full as it can be, an upside-down one is empty.
+  /// @param local_acceleration of the glass at rest, see update()
   void reset(const Vector3& local_acceleration = kGravity);
   /// Moves on by dt s, of any length, in which the glass has this local acceleration R' (p'' + g), glass frame, m/s^2.
   void update(double dt, const Vector3& local_acceleration);
@@ -71,11 +70,11 @@ class Liquid {
   double frequency_, damping_;
   Eigen::Vector2d deflection_ = Eigen::Vector2d::Zero();  ///< m/s^2, of the mode
   Eigen::Vector2d rate_ = Eigen::Vector2d::Zero();        ///< m/s^3
-  double lost_ = 0.0;                                     ///< m^3, of a glass that is as full as one that stands
+  double lost_ = 0.0;                                     ///< m^3, of a glass that is as full as an upright one
   double never_in_ = 0.0;                                 ///< m^3 of it, which a glass that leaned could not hold
   /// The largest lateral force of each of the last parts of the time that LiquidState::lateral looks back.
   std::array<double, 5> felt_{};
-  double felt_for_ = 0.0;  ///< s, of the part that goes on
+  double felt_for_ = 0.0;  ///< s, of the present part
   LiquidState state_;
 };
 

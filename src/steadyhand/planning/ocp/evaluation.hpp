@@ -25,7 +25,7 @@ class Evaluation {
   void set_trajectory(const Trajectory& trajectory);
 
   // ---- of a problem with a liquid
-  /// Moves the liquid at node k. What is asked of it is asked after set_node().
+  /// Moves the liquid at node k. Call set_node() before reading.
   void set_slosh(int k, const SloshState& state) { slosh_[k] = state; }
   const SloshState& slosh(int k) const { return slosh_[k]; }  ///< at node k
   /// How the liquid's state goes over interval k, with derivatives at node k's.
@@ -57,7 +57,7 @@ class Evaluation {
   /// The same of its second derivatives.
   void add_constraint_hessian(int k, ConstraintRow row, double scale, NodeHessian& hessian) const;
 
-  /// What it costs at node k that rows with a price are outside their bounds.
+  /// Penalty at node k of rows with a price outside their bounds.
   double price(int k) const;
   /// Largest amount by which a row without a price leaves its bounds at any node, in the row's own unit; 0 when inside.
   double violation() const;

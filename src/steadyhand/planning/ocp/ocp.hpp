@@ -30,7 +30,7 @@ Objectives optional_objectives();
 /// Those of the formulation, likewise.
 std::vector<ConstraintMaker> default_constraints();
 
-/// By name of an objective; one number stands for all of its entries.
+/// By name of an objective; one number applies to all of its entries.
 using Weights = std::map<std::string, std::vector<double>>;
 
 /// The liquid in the problem, which shall not be spilled.
@@ -45,7 +45,7 @@ struct LiquidSettings {
   /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid comes loose.
   double least_weight = 0.3;
   double lean_max = 20.0 * M_PI / 180.0;                   ///< rad, (0, pi/2]: of the glass's axis, from the vertical
-  bool operator==(const LiquidSettings&) const = default;  ///< of all members
+  bool operator==(const LiquidSettings&) const = default;  ///< compares all members
 };
 
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
@@ -58,11 +58,11 @@ struct OcpSettings {
   /// rad (m), by which the joints stay inside their position limits at the nodes; empty: not at all.
   JointVector position_margin;
   /// Pairs of a body and an obstacle that one problem sees, the nearest ones; at most kMaxObstacleRows. 0: the problem
-  /// knows none. What the rows do not tell, the check of the plan does: kUsualObstacleRows are enough.
+  /// knows none. The check of the plan covers all pairs: kUsualObstacleRows are enough.
   int obstacle_rows = 0;
-  std::optional<LiquidSettings> liquid;          ///< none: nothing is known of a liquid
-  Objectives objectives = default_objectives();  ///< kMaxObjectives of them at most, each of its own name
-  std::vector<ConstraintMaker> constraints = default_constraints();  ///< each of its own name
+  std::optional<LiquidSettings> liquid;                              ///< absent: a problem without liquid
+  Objectives objectives = default_objectives();                      ///< at most kMaxObjectives, with different names
+  std::vector<ConstraintMaker> constraints = default_constraints();  ///< with different names
 };
 
 /// Adds the optional objectives that the weights name and `objectives` has not.
@@ -113,7 +113,7 @@ class Ocp {
   double dt() const { return dt_; }                    ///< s
   /// rad (m), see OcpSettings; one for each joint, or none.
   const JointVector& position_margin() const { return position_margin_; }
-  /// What the problem was made for; null if it knows no liquid.
+  /// Liquid of the problem; null if it has none.
   const LiquidSettings* liquid() const { return liquid_ ? &*liquid_ : nullptr; }
   /// Numbers of the liquid's state: 0 or kSloshStates.
   int slosh_states() const { return liquid_ ? kSloshStates : 0; }

@@ -69,7 +69,7 @@ class SloshModel {
   /// @param factors the modes' frequencies, times slosh_frequency(glass)
   SloshModel(const GlassSettings& glass, double dt, const std::array<double, kSloshModes>& factors);
 
-  /// The state of a liquid that has come to rest under this specific force.
+  /// The state of a liquid at rest under this specific force.
   SloshState at_rest(const Vector3& force) const;
   /// Sets force and transition, and unless `derivatives` is false those by f_z.
   void set_step(const Vector3& force, bool derivatives, SloshStep& step) const;

@@ -24,9 +24,9 @@ using NodeHessian = NodeHessianOf<double>;  ///< at one node
 /// A body of the arm, or something that it carries, and an obstacle that it may come near; or a body of the arm and
 /// what the tool carries (Obstacle::carried). The time is that of the instance's node 0.
 struct NearObstacle {
-  /// Of the model; from kMaxBodies on `carried` in its place; -1: none, and the rest is not looked at.
+  /// Body of the model; from kMaxBodies on, `carried` in its place; -1: none, and the other members are not used.
   int body = -1;
-  Obstacle obstacle;   ///< what stands there
+  Obstacle obstacle;   ///< the obstacle
   double depth = 0.0;  ///< m, that the row may be below its bound: by so much it is at node 0
   /// The ball around one corner of the core (Shape::corner) of what moves, the body or what is carried; -1: the whole.
   /// Which corner is nearest changes where a flat or long body lies along what is flat, and with it where the distance
@@ -46,11 +46,11 @@ struct NodeOf {
   const Vector3Of<Scalar>& p_ref;               ///< m, base frame
   const Matrix3Of<Scalar>& R_ref;               ///< tool to base
   const Scalar& time;                           ///< s, since node 0
-  const NearObstacles& near;                    ///< of the instance
+  const NearObstacles& near;                    ///< obstacles of the instance
   const SloshStateOf<Scalar>* slosh = nullptr;  ///< the liquid's state; null in a problem without liquid
-  const LiquidInstance* liquid = nullptr;       ///< of the instance; null likewise
-  const JointVector* u_followed = nullptr;      ///< of the instance
-  double clearance = 0.0;                       ///< m, of the instance
+  const LiquidInstance* liquid = nullptr;       ///< liquid of the instance; null likewise
+  const JointVector* u_followed = nullptr;      ///< acceleration of the arm until node 0
+  double clearance = 0.0;                       ///< m, clearance of the instance
 };
 using Node = NodeOf<double>;  ///< one
 
@@ -72,16 +72,16 @@ struct WeightRange {
   bool logarithmic = false;  ///< by factors from min > 0 on, and 0 at the lower end
 };
 
-/// What an objective is called and how it is weighed. It stands in the objective's own file: profiles, logs, reports,
-/// messages and pages take it from there.
+/// Name and weights of an objective. They are defined in the objective's file: profiles, logs, reports, messages and
+/// pages take them from there.
 struct ObjectiveInfo {
   std::string name;          ///< lower-case letters, digits and underscores, the first a letter
   std::string label;         ///< for people
-  std::string unit;          ///< of a weight
+  std::string unit;          ///< unit of a weight
   WeightRange range = {};    ///< to choose from
   bool offered = true;       ///< pages offer the weight to the operator of a live arm
-  double at_rest_min = 0.0;  ///< while the arm only comes to rest its weights are the profile's, but not below this,
-  /// nor above this: what would draw the arm anywhere has 0.
+  double at_rest_min = 0.0;  ///< while the arm only stops, its weights are the profile's, but not below this
+  /// and not above this: terms that move the arm to a place have 0.
   double at_rest_max = std::numeric_limits<double>::infinity();
 };
 
@@ -89,7 +89,7 @@ struct ObjectiveInfo {
 struct ConstraintInfo {
   std::string name;   ///< see ObjectiveInfo
   std::string label;  ///< for people
-  std::string unit;   ///< of its rows
+  std::string unit;   ///< unit of its rows
 };
 
 /// One summand of the stage cost, linear in its weights. Const in the loop; the solver multiplies by dt.
@@ -102,7 +102,7 @@ struct ConstraintInfo {
 class Objective {
  public:
   virtual ~Objective() = default;
-  const ObjectiveInfo& info() const { return info_; }     ///< what it is called
+  const ObjectiveInfo& info() const { return info_; }     ///< name, unit and the like
   const std::string& name() const { return info_.name; }  ///< in profiles, logs and reports
   virtual Nodes nodes() const = 0;                        ///< where it acts
   /// Number of weights for an arm of n joints, at most kMaxJoints.
@@ -123,7 +123,7 @@ class Objective {
   /// where the term is a sum of squares. The default takes the positive eigenvalues of the exact one.
   virtual void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const;
 
-  using BatchWeight = JointVectorOf<Lanes>;  ///< of each lane's node
+  using BatchWeight = JointVectorOf<Lanes>;  ///< weight of each lane's node
   /// @{ The same for a batch.
   virtual Lanes value(const NodeBatch& nodes, const BatchWeight& weight) const;
   virtual void add_gradient(const NodeBatch& nodes, const BatchWeight& weight, NodeGradientOf<Lanes>& gradient) const;
@@ -133,7 +133,7 @@ class Objective {
   /// @}
 
  protected:
-  /// What it is called.
+  /// Takes name, unit and the like.
   explicit Objective(ObjectiveInfo info) : info_(std::move(info)) {}
 
  private:
@@ -196,7 +196,7 @@ struct EntryRange {
 class Constraint {
  public:
   virtual ~Constraint() = default;
-  const ConstraintInfo& info() const { return info_; }    ///< what it is called
+  const ConstraintInfo& info() const { return info_; }    ///< name, unit and the like
   const std::string& name() const { return info_.name; }  ///< in logs and reports
   virtual Nodes nodes() const = 0;                        ///< where it acts
   virtual int rows() const = 0;                           ///< how many
@@ -213,7 +213,7 @@ class Constraint {
   /// c_row at each node of a batch.
   virtual Lanes value(const NodeBatch& nodes, int row) const;
   /// Sets near[i] for every row i that is within its activation margin or beyond its bounds in a lane where `acts` is
-  /// not 0, and perhaps for others. Of all a solver does this alone is done for all rows.
+  /// not 0, and perhaps for others. The only call made for every row.
   virtual void find_near(const NodeBatch& nodes, Lanes acts, char* near) const;
   /// @{ As for one node.
   virtual void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const;
@@ -230,12 +230,12 @@ class Constraint {
   /// rows at its solution. Infinite: never leave it out. In the row's unit.
   virtual double activation_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
   /// How fast its rows may use up their margins: a row that is outside its activation margin for some q is inside its
-  /// bounds for every q' with sum_j lever_j |q'_j - q_j| <= 1, whatever dq and u are. 1/rad (1/m), one for each joint;
-  /// empty: nobody knows, and a solver computes all rows to be sure. Called at set-up.
+  /// bounds for every q' with sum_j lever_j |q'_j - q_j| <= 1, for all dq and u. 1/rad (1/m), one for each joint;
+  /// empty: unknown, and a solver computes all rows. Called at set-up.
   virtual JointVector levers() const { return {}; }
 
  protected:
-  /// What it is called.
+  /// Takes name, unit and the like.
   explicit Constraint(ConstraintInfo info) : info_(std::move(info)) {}
 
  private:

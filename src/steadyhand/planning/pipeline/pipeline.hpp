@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// Of each stage; the defaults are the program's.
+/// Settings of each stage; the defaults are the program's.
 struct PipelineSettings {
   double rate_hz = 20.0;        ///< plans a second, that update() makes; 0.001 to 1e4
   RetargetSettings retarget;    ///< from the hand to the target
@@ -34,7 +34,7 @@ class Pipeline {
   /// Fails as Planner::make, and on other numbers out of range, with the reason.
   static Result<std::unique_ptr<Pipeline>> make(RobotModel model, const PipelineSettings& settings);
 
-  /// The hand at one time; times count from any epoch, that of update(). Engages with the clutch and lets go with it.
+  /// The hand at one time; times count from any epoch, that of update(). Engages and releases with the clutch.
   /// Fails, and changes nothing, on a pose with numbers that are not finite or a quaternion whose length is not 1 to a
   /// thousandth, on times more than 9e9 s from the epoch, and on a look-ahead of more than 10 s.
   Status feed(const OperatorSample& sample);
@@ -42,7 +42,7 @@ class Pipeline {
   /// as often as the arm takes commands; times that go back repeat the last command, those beyond 9e9 s count as 9e9 s.
   JointCommand update(Time now);
 
-  /// The arm stands at q from `now` on, and a hand that grips takes hold of it there anew. q: rad (m), n of them.
+  /// The arm is stationary at q from `now` on, and a closed clutch engages there again. q: rad (m), n of them.
   /// Fails, and changes nothing, on another count, numbers that are not finite or beyond the arm's limits, and on a
   /// time more than 9e9 s from the epoch.
   Status reset(const JointVector& q, Time now);
@@ -56,8 +56,8 @@ class Pipeline {
   const RobotModel& model() const { return *model_; }        ///< the arm; lives as long as this
   const Target& target() const { return target_; }           ///< where the newest sample wants the controlled frame
   Retargeter& retargeter() { return retargeter_; }           ///< to change scale and axes
-  Predictor& predictor() { return predictor_; }              ///< of the target
-  const Predictor& predictor() const { return predictor_; }  ///< of the target
+  Predictor& predictor() { return predictor_; }              ///< prediction of the target
+  const Predictor& predictor() const { return predictor_; }  ///< prediction of the target
   Planner& planner() { return *planner_; }                   ///< to change weights; what came of the last solve
   const Planner& planner() const { return *planner_; }       ///< what came of the last solve
 

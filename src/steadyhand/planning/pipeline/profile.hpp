@@ -15,10 +15,10 @@ struct Profile {
   std::string name;                                       ///< in paths and tables
   std::string label;                                      ///< for people
   OcpSettings ocp;                                        ///< objectives with their weights, constraints, horizon
-  Prediction prediction = Prediction::kConstantVelocity;  ///< how the hand goes on
+  Prediction prediction = Prediction::kConstantVelocity;  ///< prediction of the hand
   double tilt_max = M_PI;                                 ///< rad, see RetargetSettings
   std::string solver = kDefaultSolver;                    ///< see solver_names()
-  double tolerance = 1e-6;                                ///< of the KKT conditions
+  double tolerance = 1e-6;                                ///< tolerance of the KKT conditions
 };
 
 /// Writes all that the profile says into the settings of the stages, and leaves the rest as it is.

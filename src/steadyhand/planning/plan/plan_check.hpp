@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-/// What a plan may do. The limits of joints and the pairs of bodies are the model's.
+/// Limits of a plan. Those of joints and the pairs of bodies are the model's.
 struct PlanCheckSettings {
   double command_rate_hz = 500.0;  ///< limits are checked at every command
   double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit, or in contact, is none
@@ -37,8 +37,8 @@ std::string_view to_string(PlanFault fault);
 
 /// The last thing before a plan may be followed: finite numbers, states that obey the double integrator, position,
 /// velocity and acceleration limits of the model at every command, distances of bodies to each other and to obstacles
-/// at all times, and rest at the end. A plan that begins beyond one of these may lead back, or rest there,
-/// and no further beyond. What moves may come as near as if the arm braked at once. Allocates nothing.
+/// at all times, and rest at the end. A plan that starts beyond one of these may move back, or stop
+/// there, but not further beyond. Moving obstacles may come as near as if the arm braked at once. Allocates nothing.
 /// @param before state at plan.start of what is being followed: the plan must continue it
 PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
                      Kinematics& kinematics, const Obstacles& obstacles = kNoObstacles);

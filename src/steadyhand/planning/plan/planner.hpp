@@ -18,7 +18,7 @@ class WarmStart;
 /// How plans are made, and what for they are looked at.
 struct PlannerSettings {
   std::string solver = kDefaultSolver;  ///< see solver_names()
-  double tolerance = 1e-6;              ///< of the KKT conditions, above 0, to 0.1
+  double tolerance = 1e-6;              ///< tolerance of the KKT conditions, above 0, to 0.1
   SolveBudget budget;                   ///< iterations and time for each solve
   PlanCheckSettings check;              ///< before a plan is given out
   /// m, 0 to kMostClearance: how far apart bodies stay at the nodes, so that they do not meet between them, where the
@@ -28,18 +28,18 @@ struct PlannerSettings {
   Obstacles obstacles;
 };
 
-/// What a solve came to, as it is recorded.
+/// Figures of a solve, as recorded.
 struct SolveFigures {
   double objective = 0.0;                       ///< J
   std::array<double, kMaxObjectives> shares{};  ///< what each of Ocp::objectives() adds to J
-  int iterations = 0;                           ///< of the solver
+  int iterations = 0;                           ///< iterations of the solver
   double time_us = 0.0;                         ///< wall time
 };
 
-/// The receding horizon: takes the newest prediction, solves from where the arm will be by the plan that it follows,
-/// and gives out the next plan, checked and ending at rest. If solving or the check fails the last good plan stands; it
-/// ends at rest too. Planner thread. Memory is taken by make(); update() allocates nothing (what a third-party solver
-/// does inside is its own).
+/// Model predictive control (receding horizon): takes the newest prediction, solves from where the arm will be by the
+/// plan that it follows, and gives out the next plan, checked and ending at rest. If solving or the check fails the
+/// last good plan stays in force; it ends at rest too. Planner thread. Memory is taken by make(); update() allocates
+/// nothing (what a third-party solver does inside is its own).
 class Planner {
  public:
   /// The model must outlive the planner. Fails with the reason on unknown names of solver or terms, on numbers out of
@@ -50,7 +50,7 @@ class Planner {
 
   ~Planner();
 
-  /// Forgets all: the arm stands at q.
+  /// Resets the state: the arm is stationary at q.
   void reset(const JointVector& q, Time now);
   /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
   void continue_from(const Plan& followed) { plan_ = followed; }
@@ -96,7 +96,7 @@ class Planner {
   const Solution& solution() const { return solution_; }     ///< also of a plan that was refused
   /// Of solution(). Evaluates the objectives; allocates nothing.
   SolveFigures figures();
-  PlanFault fault() const { return fault_; }  ///< of the last candidate; kNone: it is plan()
+  PlanFault fault() const { return fault_; }  ///< fault of the last candidate; kNone: it is plan()
 
  private:
   Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings);
@@ -112,7 +112,7 @@ class Planner {
   PlannerSettings settings_;
   Ocp ocp_;
   std::unique_ptr<Solver> solver_;
-  JointVector velocity_max_;  ///< of its plans
+  JointVector velocity_max_;  ///< largest speeds of its plans
   std::size_t damping_ = 0;   ///< index into ocp_.objectives(): that of the joints' speeds
   Kinematics kinematics_;
   OcpInstance instance_;

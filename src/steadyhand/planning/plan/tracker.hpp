@@ -8,7 +8,7 @@ namespace steadyhand {
 /// rest. Safe for every time, and for intervals of any length. Allocates nothing.
 JointCommand sample(const Plan& plan, Time t);
 
-/// A plan that stands at q from `start` on. Allocates nothing.
+/// A plan that is stationary at q from `start` on. Allocates nothing.
 void stand(const JointVector& q, Time start, Plan& plan);
 
 /// Follows the newest plan at the arm's rate: interpolates position, velocity and acceleration exactly, and stands
@@ -21,7 +21,7 @@ class Tracker {
   /// The next commands come from this plan.
   void follow(const Plan& plan) { plan_ = plan; }
   const Plan& plan() const { return plan_; }  ///< the one that is followed
-  /// What the arm is to do at `now`.
+  /// Command to the arm at `now`.
   JointCommand update(Time now) const { return sample(plan_, now); }
 
  private:

@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-/// How a hand is taken to go on.
+/// How the motion of a hand is predicted.
 enum class Prediction {
   kConstantVelocity,  ///< along a straight line, as in the paper
   kDecaying           ///< with velocity and acceleration of a Kalman filter, which decay: MotionFilter
@@ -28,7 +28,7 @@ class MotionFilter {
   /// What was measured, and how long after the last, s (0 or more).
   void update(const Pose& pose, double elapsed);
 
-  /// Where it will be, s after the last measurement: velocity and acceleration decay, as hands come to rest.
+  /// Where it will be, s after the last measurement: velocity and acceleration decay, because hands stop.
   Pose ahead(double t) const;
   /// How far off ahead(t).p may be. It grows with the time, and with how fast the hand is and how fast that changes.
   Spread spread(double t) const;
@@ -51,23 +51,23 @@ Quaternion rotation(const Vector3& vector);
 struct PredictorSettings {
   int horizon = 8;                                   ///< N, nodes of the reference; at most kMaxHorizon
   double dt = 0.05;                                  ///< s between them
-  Prediction model = Prediction::kConstantVelocity;  ///< how the hand goes on
+  Prediction model = Prediction::kConstantVelocity;  ///< prediction of the hand
   /// s, of targets from which velocities are estimated; longer is smoother and later. On recorded hands at 90 Hz the
   /// position 0.1 s ahead is off by 20 mm RMS with 0.10 s, 17 mm with 0.06 s and 15 mm with 0.03 s.
   double window = 0.06;
   double max_gap =
-      0.25;  ///< s without targets after which the hand counts as lost: it rests, and starts anew from rest
+      0.25;  ///< s without targets after which the hand counts as lost: it rests, and starts again from rest
   Vector3 reach_center = Vector3::Zero();  ///< m, base frame
   double reach = 1e9;                      ///< m, about reach_center: positions beyond are clipped to it
 };
 
-/// What the hand will do, clipped to the arm's reach: from the newest target on constant velocity along a straight line
-/// and constant angular velocity, or what MotionFilter says. Constant velocities are slopes of weighted least-squares
-/// lines through the targets of the last `window` seconds, at their own time stamps, so that noise and uneven stamps do
-/// little; the weight falls linearly from 1 at the newest target to 0 at the window's far end, so that the velocity
-/// lags little. A window that holds fewer than three targets grows to hold three. After engaging the velocity stays 0
-/// until the targets span a third of `window`: the slope between two noisy targets a millisecond apart says nothing.
-/// Allocates nothing.
+/// Prediction of the hand, clipped to the arm's reach: from the newest target on constant velocity along a straight
+/// line and constant angular velocity, or what MotionFilter says. Constant velocities are slopes of weighted
+/// least-squares lines through the targets of the last `window` seconds, at their own time stamps, so that noise and
+/// uneven stamps do little; the weight falls linearly from 1 at the newest target to 0 at the window's far end, so that
+/// the velocity lags little. A window that holds fewer than three targets grows to hold three. After engaging the
+/// velocity stays 0 until the targets span a third of `window`: the slope between two noisy targets a millisecond apart
+/// says nothing. Allocates nothing.
 class Predictor {
  public:
   /// From now on; any time, as the next.
@@ -83,7 +83,7 @@ class Predictor {
   /// The next target. Dropped: one that is not newer than the last, unless it is older by more than max_gap, when the
   /// clock was set back, and one that is not finite. A disengaged one forgets the motion.
   void update(const Target& target);
-  /// Where the target is at time t, if it goes on as it does; not clipped. Before any target: the identity.
+  /// Predicted target at time t; not clipped. Before any target: the identity.
   Pose at(Time t) const;
   /// How far off at(t).p may be; not known of constant velocities, and before any target.
   Spread spread(Time t) const;

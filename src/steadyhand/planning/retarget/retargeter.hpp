@@ -6,8 +6,8 @@ namespace steadyhand {
 
 /// In which axes the hand's motion since engagement becomes the tool's.
 enum class MotionFrame {
-  kBase,  ///< of the room: operator's axes, turned by yaw, are the base's
-  kTool,  ///< of the held thing: the hand's axes at engagement are the tool's at engagement
+  kBase,  ///< axes of the room: operator's axes, turned by yaw, are the base's
+  kTool,  ///< axes of the held object: the hand's axes at engagement are the tool's at engagement
 };
 
 /// s, RetargetSettings::ramp of live sessions.
@@ -20,13 +20,13 @@ struct RetargetSettings {
   /// Turn of the operator's axes about base z, rad. By default the operator's left is the arm's forward and their
   /// forward the arm's right: what reaching hands do most then stays away from the base axis.
   double yaw = -M_PI / 2;
-  MotionFrame translation_frame = MotionFrame::kBase;  ///< of the hand's displacement
-  MotionFrame rotation_frame = MotionFrame::kBase;     ///< of its rotation
+  MotionFrame translation_frame = MotionFrame::kBase;  ///< axes of the hand's displacement
+  MotionFrame rotation_frame = MotionFrame::kBase;     ///< axes of its rotation
   /// s after engagement in which the share of the hand's motion that the tool follows grows from 0 to all; what it did
   /// not follow is left behind, as by a clutch. 0: follow at once.
   double ramp = 0.0;
-  /// rad: how far the target's z axis may lean from the vertical, 0 to pi. What the hand leans beyond is left out; its
-  /// turn about the vertical stays. 0: upright. pi: the hand may pour.
+  /// rad: how far the target's z axis may lean from the vertical, 0 to pi. A larger lean of the hand is left out; its
+  /// rotation about the vertical stays. 0: upright. pi: the hand may pour.
   double tilt_max = M_PI;
   bool accept_emulated = false;  ///< follow poses whose position the headset guesses (WebXR emulatedPosition)
 };
@@ -43,8 +43,8 @@ struct RetargetSettings {
 ///
 ///   p = p_e0 + b (p_B - p_e0)                               R = R_e0 slerp(b, R_e0' R_B)
 ///
-/// so engaging never steps the target, wherever hand and tool are. During the ramp it moves by growing shares of the
-/// hand's steps from sample to sample. Allocates nothing; one thread.
+/// Engaging therefore never steps the target, for any poses of hand and tool. During the ramp it moves by growing
+/// shares of the hand's steps from sample to sample. Allocates nothing; one thread.
 class Retargeter {
  public:
   /// Not engaged.
@@ -53,10 +53,10 @@ class Retargeter {
   /// Every sample in order of time. X_base_tool_now: where the tool is (or its plan has it), which becomes the target
   /// at engagement and at release, and stays it until the next engagement. Not engaged are samples without clutch,
   /// without tracking, with an emulated position unless accepted, and with numbers that are not finite; the first good
-  /// sample after them engages anew.
+  /// sample after them engages again.
   Target update(const OperatorSample& sample, const Pose& X_base_tool_now);
 
-  /// Lets go: the next good sample engages anew.
+  /// Releases: the next good sample engages again.
   void release() { engaged_ = false; }
 
   /// For motion from here on: the target does not step. @param scale > 0

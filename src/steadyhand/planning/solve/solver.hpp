@@ -61,7 +61,7 @@ class Multipliers {
     return std::all_of(values_.begin(), values_.begin() + used, [](double m) { return std::isfinite(m); });
   }
 
-  /// Of a row at node k.
+  /// Multiplier of a row at node k.
   double at(int k, ConstraintRow row) const {
     const double* numbers = find(index(row));
     return numbers ? numbers[k] : 0.0;
@@ -74,13 +74,13 @@ class Multipliers {
     for (const int r : stored_) place_[r] = kNowhere;
     stored_.clear();
   }
-  /// Of that row alone.
+  /// Sets those of this row to 0.
   void clear(ConstraintRow row) {
     if (place_[index(row)] != kNowhere) std::fill_n(store(index(row)), nodes_, 0.0);
   }
 
   // ---- by index: rows are counted through all constraints
-  /// Of a row.
+  /// Index of a row.
   int index(ConstraintRow row) const { return first_[row.constraint] + row.row; }
   /// The row of an index.
   ConstraintRow row(int r) const {
@@ -130,7 +130,7 @@ class Multipliers {
 /// - the gradient of the Lagrangian by every u_k, states eliminated through the dynamics (the costates are exact),
 /// - the violation of rows and dynamics,
 /// - |multiplier * slack| of every row; of one with a price and outside its bounds (price - |multiplier|) * excess,
-/// - what a multiplier is above its row's price,
+/// - the excess of a multiplier over its row's price,
 /// - wrong signs of multipliers of one-sided rows.
 /// Unscaled, in the units of the problem. `evaluation` must be set to the trajectory. Allocates nothing.
 double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, const Multipliers& multipliers);
@@ -142,11 +142,11 @@ struct SolveBudget {
   std::optional<int> iterations;
 };
 
-/// Where a solve ends that nobody limits. One at N = 8 takes 1 to 8 in the mean, and of ten million none took more than
+/// Usual limit of iterations. A solve at N = 8 takes 1 to 8 in the mean, and of ten million none took more than
 /// 231; at N = 64 they take 4 to 17, but some need several hundred.
 inline int usual_iterations(int horizon) { return std::max(250, 16 * horizon); }
 
-/// What came of a solve.
+/// Outcome of a solve.
 enum class SolveStatus {
   kSolved,    ///< KKT conditions met to the tolerance, all constraints checked
   kFeasible,  ///< inside all constraints to the tolerance, but the optimum was not reached (budget, or the solver gave
@@ -160,9 +160,9 @@ std::string_view to_string(SolveStatus status);
 
 /// Result of a solve. Sizes are set by prepare(); a solver writes into it without allocating.
 struct Solution {
-  SolveStatus status = SolveStatus::kInvalid;  ///< what came of it
+  SolveStatus status = SolveStatus::kInvalid;  ///< outcome
   Trajectory trajectory;                       ///< x and u
-  Multipliers multipliers;                     ///< of the constraints' rows
+  Multipliers multipliers;                     ///< multipliers of the constraints' rows
   double objective = 0.0;                      ///< J
   double violation = 0.0;                      ///< see Evaluation::violation
   double kkt_error = 0.0;                      ///< see kkt_error()
@@ -188,7 +188,7 @@ class Solver {
   Solver() = default;
 };
 
-/// What is used where nobody names one: our own.
+/// Solver without an explicit choice: that of this library.
 inline constexpr const char* kDefaultSolver = "realtime";
 /// Names that make_solver knows: with STEADYHAND_WITH_FATROP=ON also "fatrop", the reference.
 const std::vector<std::string>& solver_names();

@@ -20,9 +20,8 @@ class ControlStage;
 class PlanningStage;
 struct Links;
 
-/// A live session's stages and what joins them, without the threads that run them: what operators ask of it, what
-/// there is to see, and the writer's work. LiveSession runs it on threads. Nothing moves before the operator's hand
-/// grips.
+/// A live session's stages and what joins them, without the threads that run them: requests of operators,
+/// snapshots, and the writer's work. LiveSession runs it on threads. Nothing moves before the operator engages.
 class Session {
  public:
   static constexpr Time kWriterPeriod = std::chrono::milliseconds(10);  ///< of drain() and refresh()
@@ -36,26 +35,25 @@ class Session {
 
   /// The operator's hand. One thread at a time.
   void feed(const OperatorSample& sample);
-  /// Another hand from here on: the arm disengages until a fresh grip. Any thread.
+  /// Another hand from now on: the arm disengages until it is engaged again. Any thread.
   void release_hand();
-  /// The glass is full again, at the level that it has; the arm goes on. Any thread.
+  /// The glass is full again, at the level that it has; the arm continues. Any thread.
   void refill();
-  /// The arm comes to rest, and waits for a reset. Any thread.
+  /// The arm stops, and waits for a reset. Any thread.
   void ask_stop();
-  /// Of the stop or fault that there is now: what halts the arm later is not undone.
+  /// Resets the present stop or fault; later ones stay.
   void ask_reset();
   /// Supervisor::halts and whether the arm is stopped, or about to be, as control saw it last. Any thread.
   std::uint64_t halts() const;
   bool is_halted() const;  ///< the same
-  /// A part of the program cannot go on: the arm comes to rest, for good. Any thread. @param why static text
+  /// A part of the program cannot continue: the arm stops for good. Any thread. @param why static text
   void fail(const char* why, const char* details) noexcept;
   /// Weights, scale, yaw; one thread at a time. @pre 0 <= settings.planner < planners()
   void set(const OperatorSettings& settings);
 
-  /// What stands around the arm from here on. At the next cycle the plan that is followed is looked at anew, and left
-  /// for the shortest stop where it would touch. Any thread. Fails, and changes nothing, where obstacles_of does, with
-  /// the reason.
-  /// @param at session's clock: what moves is there then
+  /// Obstacles from now on. At the next cycle the followed plan is checked again; if it would touch one, the arm takes
+  /// the shortest stop instead. Any thread. Fails, and changes nothing, where obstacles_of does, with the reason.
+  /// @param at session's clock: when moving objects are at their positions
   Status set_cell(const Cell& cell, Time at);
   /// The same as it is at a time, once the session has started. Any thread.
   Cell cell(Time at) const;
@@ -69,23 +67,23 @@ class Session {
   /// Makes a new cell of the present one; of those who change it so, one at a time. Any thread. Fails, and changes
   /// nothing, where the change or set_cell does.
   Status change_cell(const std::function<Result<Cell>(Cell)>& change, Time at);
-  /// The arm as it is commanded to be at a time near now, after set_position. Any thread. Fails before it has said
-  /// where it is.
+  /// The arm as it is commanded to be at a time near now, after set_position. Any thread. Fails before it has
+  /// reported its position.
   Result<Kinematics> arm_at(Time at) const;
-  /// @{ The tool carries this object from here on, where it is in the tool now, or lets go of it where it is now. Any
+  /// @{ Attaches this object to the tool at its present pose, or releases it there. Any
   /// thread. Fails, and changes nothing, as attach() and detach() of robot/cell.hpp do.
   /// @param at session's clock, now
   Status attach(const std::string& object, Time at);
   Status detach(const std::string& object, Time at);
   /// @}
 
-  /// Planning steps a second from here on, Hz; 0: what this machine sustains, as it goes. Any thread. Fails, and
+  /// Planning steps a second from here on, Hz; 0: the rate that this machine sustains now. Any thread. Fails, and
   /// changes nothing, on a rate at which supervision would take the planner for late, or beyond the arm's.
   Status set_planner_rate(double rate_hz);
 
   /// One look at the session, any thread.
   SessionSnapshot snapshot() const;
-  /// The arm stands, after every stop that was asked for so far or by a fault. Any thread.
+  /// The arm is stationary, after every requested stop so far or by a fault. Any thread.
   bool stopped_at_rest() const;
 
   /// What is solved, with all of the limits.
@@ -106,7 +104,7 @@ class Session {
   /// Makes the planner's stage. Once. Fails as PlanningStage::make.
   Status make_planning();
 
-  /// Begins to be told. Once, before any of what follows.
+  /// Starts the taps. Once, before any of the following.
   void begin(LiveTaps taps);
   /// One cycle of the arm, which it waits for. Control thread.
   void control_cycle();
@@ -144,7 +142,7 @@ class Session {
 };
 
 /// The threads of a live session and what joins them: planner (its own rate), control (paced by the arm) and a writer
-/// that serves taps, monitor and snapshots. Nothing moves before the operator's hand grips.
+/// that serves taps, monitor and snapshots. Nothing moves before the operator engages.
 class LiveSession : public Session {
  public:
   /// Model, arm and clock must outlive it. Takes some 100 ms. Fails on settings out of range, with the reason.

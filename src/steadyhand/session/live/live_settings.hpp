@@ -20,15 +20,15 @@ namespace steadyhand {
 
 /// What the control loop tolerates, and how it stops.
 struct ControlSettings {
-  SupervisorSettings supervisor;  ///< when the arm is no longer led
+  SupervisorSettings supervisor;  ///< when the arm is no longer engaged
   double path_tolerance = 0.05;   ///< rad (m), any joint, measured to commanded a delay ago
-  /// So many cycles slept through in a row stop the arm. After fewer it goes on from where it went by itself.
+  /// The arm stops after this many missed cycles in a row. After fewer it continues from its own motion meanwhile.
   std::uint64_t stall_cycles = 50;
   /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
   double soft_stop = 0.5;
   double arm_delay = 0.0;   ///< s, see ArmInfo
   bool gripper = false;     ///< the arm has one, see ArmInfo
-  PlanCheckSettings check;  ///< of stops straight on
+  PlanCheckSettings check;  ///< limits of stops straight on
   Obstacles obstacles;      ///< which those keep clear of, too, at first
 };
 
@@ -39,14 +39,14 @@ struct PlanningSettings {
   double look_ahead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
   /// A look-ahead that leaves as much as sustained_rate() asks for. @param period of planning, s
   static double default_look_ahead(double period) { return 0.4 * period; }
-  /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
+  /// s in which the arm stops when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
-  /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first grip
-  /// after it, from rest, is followed at all of them.
+  /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first
+  /// engagement after it, from rest, is followed at all of them.
   double first_moves = 10.0;
   double first_speed_scaling = 1.0;        ///< (0, 1]; 1: no such time
-  double tap_period = 0.02;                ///< s between steps that taps are told of; those that failed always are
+  double tap_period = 0.02;                ///< s between steps that taps receive; failed steps are always sent
   double sample_timeout = kSampleTimeout;  ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;                   ///< which poses are trusted
   RetargetSettings retarget;               ///< from the hand to the target
@@ -69,31 +69,31 @@ struct PlanningSettings {
 
 /// All of a live session.
 struct LiveSettings {
-  /// From 4 to the arm's rate; 0: what this machine sustains, measured when the session is made.
+  /// From 4 to the arm's rate; 0: the rate that this machine sustains, measured when the session is made.
   double planner_rate_hz = 0.0;
-  /// The rate follows what the machine sustains while it runs. Set by Session::resolve where it is not told.
+  /// The rate follows what the machine sustains while it runs. Set by Session::resolve if no rate is set.
   bool adapt_rate = false;
   /// s, see PlanningSettings::look_ahead, which this sets; 0: PlanningSettings::default_look_ahead. It is also the
   /// solver's budget: a plan that takes longer would begin in the past.
   double look_ahead = 0.0;
   bool time_budget =
       true;              ///< a solve ends when its look-ahead has passed; without, a session may be the same each time
-  bool realtime = true;  ///< ask for real-time priority, locked memory and processors that do not sleep
-  PlanningSettings planning;  ///< of the planner's thread
-  ControlSettings control;    ///< of the control thread
-  GlassSettings glass;        ///< of the monitor's liquid
-  Cell cell;                  ///< what stands around the arm
+  bool realtime = true;  ///< request real-time priority, locked memory, and no sleep states
+  PlanningSettings planning;  ///< settings of the planner's thread
+  ControlSettings control;    ///< settings of the control thread
+  GlassSettings glass;        ///< glass of the monitor's liquid
+  Cell cell;                  ///< obstacles
 
   LiveSettings() = default;
   /// As the profile has it.
   explicit LiveSettings(const Profile& profile) : planning(profile) {}
 };
 
-/// What the operator may set while a session runs.
+/// Settings that the operator can change while a session runs.
 struct OperatorSettings {
   std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
   int objectives = 0;                               ///< entries of weights in use; 0: the profile's stay
-  double scale = 0.5;                               ///< metres of the tool for each metre of the hand
+  double scale = 0.5;                               ///< motion of the tool for each metre of the hand
   double yaw = 0.0;                                 ///< rad
   std::optional<Prediction> prediction;             ///< absent: as it is
   double tilt_max = M_PI;                           ///< rad, see RetargetSettings
@@ -103,7 +103,7 @@ struct OperatorSettings {
   /// What makes the plans: 0 that of PlanningSettings::ocp, 1 the first of PlanningSettings::more. Another one takes
   /// over once the arm is at rest. Until then none of these settings is in force, and no hand is followed.
   int planner = 0;
-  std::string_view profile;  ///< name of the one that these began with, kept by whoever sets them; empty: none
+  std::string_view profile;  ///< profile that set these values first, kept by its setter; empty: none
 };
 
 }  // namespace steadyhand

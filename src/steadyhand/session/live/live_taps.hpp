@@ -22,33 +22,33 @@ namespace steadyhand {
 
 /// One look at a live session.
 struct SessionSnapshot {
-  Time now{0};                                       ///< of the session's clock
-  SupervisionState state = SupervisionState::kIdle;  ///< what the arm may do
+  Time now{0};                                       ///< time of the session's clock
+  SupervisionState state = SupervisionState::kIdle;  ///< state of the supervision
   std::string_view reason;                           ///< why it is in this state; static text
   Cause cause;                                       ///< the same for programs
-  ActiveConstraint constraint;                       ///< what holds the arm back
-  Target target;                 ///< without a grip, where the controlled frame is: the next grip begins there
-  JointState measured;           ///< newest
-  JointCommand command;          ///< newest
-  Pose X_base_tool;              ///< where the controlled frame is, from `measured`
-  Vector3 local_acceleration;    ///< m/s^2, glass frame, a liquid at rest feels [0, 0, 9.81]
-  double tracking_error = 0.0;   ///< m, target to controlled frame; NaN without a grip
-  double clearance = 0.0;        ///< m, of the nearest pair of bodies
-  std::array<int, 2> nearest{};  ///< that pair
-  int path_nodes = 0;            ///< entries of path
-  std::array<Pose, kMaxHorizon + 1> path;  ///< of the controlled frame at the plan's nodes; path_nodes of them
-  Reference prediction;                    ///< where the hand is expected; no nodes without a grip
-  LiquidState liquid;                      ///< as the monitor has it
-  TimingSummary solve_us;                  ///< planner's solve
-  TimingSummary latency_us;                ///< hand to command
-  TimingSummary wake_us;                   ///< how late control cycles began
-  std::uint64_t plans = 0;                 ///< that were followed, since the session began
-  std::uint64_t cycles = 0;                ///< of the arm, likewise
-  std::uint64_t missed_deadlines = 0;      ///< cycles that control slept through
-  std::uint64_t rejected_plans = 0;        ///< too late, or failed
-  std::uint64_t samples = 0;               ///< of the hand
-  double planner_rate_hz = 0.0;            ///< planning steps a second
-  bool planner_rate_automatic = false;     ///< it follows what the machine sustains
+  ActiveConstraint constraint;                       ///< active limit
+  Target target;                                     ///< if not engaged, the controlled frame: engaging starts there
+  JointState measured;                               ///< newest
+  JointCommand command;                              ///< newest
+  Pose X_base_tool;                                  ///< where the controlled frame is, from `measured`
+  Vector3 local_acceleration;                        ///< m/s^2, glass frame, a liquid at rest feels [0, 0, 9.81]
+  double tracking_error = 0.0;                       ///< m, target to controlled frame; NaN if not engaged
+  double clearance = 0.0;                            ///< m, of the nearest pair of bodies
+  std::array<int, 2> nearest{};                      ///< that pair
+  int path_nodes = 0;                                ///< entries of path
+  std::array<Pose, kMaxHorizon + 1> path;            ///< controlled frame at the plan's nodes; path_nodes of them
+  Reference prediction;                              ///< predicted hand; no nodes if not engaged
+  LiquidState liquid;                                ///< as the monitor has it
+  TimingSummary solve_us;                            ///< planner's solve
+  TimingSummary latency_us;                          ///< hand to command
+  TimingSummary wake_us;                             ///< how late control cycles began
+  std::uint64_t plans = 0;                           ///< plans that were followed, since the session started
+  std::uint64_t cycles = 0;                          ///< cycles of the arm, likewise
+  std::uint64_t missed_deadlines = 0;                ///< cycles that control missed
+  std::uint64_t rejected_plans = 0;                  ///< too late, or failed
+  std::uint64_t samples = 0;                         ///< samples of the hand
+  double planner_rate_hz = 0.0;                      ///< planning steps a second
+  bool planner_rate_automatic = false;               ///< it follows what the machine sustains
 };
 
 /// They are in force from here on.
@@ -57,15 +57,15 @@ struct AppliedSettings {
   OperatorSettings settings;  ///< all of them
 };
 
-/// A planning step that asked the solver, as far as the report tells of it.
+/// A planning step that asked the solver, as far as reports use it.
 struct PlanningRecord {
   Time at{0};                ///< where its plan begins
   Plan plan;                 ///< what is followed from there on, if the step failed the plan before
-  Pose X_base_target;        ///< of the newest hand
+  Pose X_base_target;        ///< target of the newest hand
   Reference reference;       ///< what was aimed at
   const Ocp* ocp = nullptr;  ///< what was solved; lives as long as the session
   SolveFigures solved;       ///< what it came to
-  bool engaged = false;      ///< following the hand, not coming to rest
+  bool engaged = false;      ///< following the hand, not stopping
 };
 
 /// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,
@@ -74,7 +74,7 @@ struct LiveTaps {
   std::function<void(const OperatorSample&)> sample;     ///< each that came
   std::function<void(const Target&)> target;             ///< each that was retargeted
   std::function<void(const AppliedSettings&)> settings;  ///< as they take effect
-  /// What stands around the arm from a time on, which is also when what moves is where it says; first as it begins.
+  /// Obstacles from a time on, which is also when moving ones are at their positions; first at the start.
   std::function<void(Time, const Cell&)> cell;
   std::function<void(const PlanningRecord&)> step;       ///< see PlanningSettings::tap_period
   std::function<void(const JointCommand&)> command;      ///< each
@@ -83,13 +83,12 @@ struct LiveTaps {
   std::function<void(const SessionSnapshot&)> look;      ///< after each round, 100 times a second
 };
 
-/// What the whole session's commands and measured motion came to. Whatever is more than rounding counts, and by how
-/// much is told.
+/// Violations in the whole session's commands and measured motion. Every excess beyond rounding counts, with its size.
 struct MonitorResult {
   std::uint64_t commands = 0;  ///< that it looked at
   std::uint64_t states = 0;    ///< measured, likewise
-  /// Commands out of the model's limits of position, speed or acceleration, by their own word or by what became of them
-  /// from one to the next, however long that took.
+  /// Commands out of the model's limits of position, speed or acceleration, in their own values or in the change from
+  /// one to the next, over any time between them.
   std::uint64_t beyond_limits = 0;
   std::uint64_t too_fast = 0;    ///< measured states beyond a speed limit
   std::uint64_t in_contact = 0;  ///< commands that let a pair of bodies overlap
@@ -110,18 +109,18 @@ struct MonitorResult {
 /// In two lines or more, for people.
 std::string to_text(const MonitorResult& result);
 
-/// What a session came to, for people.
+/// Summary of a session, for people.
 struct LiveSummary {
   double duration = 0.0;               ///< s
   double engaged = 0.0;                ///< s, of following the hand
   std::uint64_t engagements = 0;       ///< how often following began
-  std::uint64_t samples = 0;           ///< of the hand
+  std::uint64_t samples = 0;           ///< samples of the hand
   std::uint64_t dropped_samples = 0;   ///< out of order or too old
   std::uint64_t plans = 0;             ///< that were followed
   std::uint64_t failed_plans = 0;      ///< not solved, or refused by the check
   std::uint64_t late_plans = 0;        ///< that came after their beginning
-  std::uint64_t cycles = 0;            ///< of the arm
-  std::uint64_t missed_deadlines = 0;  ///< cycles that control slept through
+  std::uint64_t cycles = 0;            ///< cycles of the arm
+  std::uint64_t missed_deadlines = 0;  ///< cycles that control missed
   std::uint64_t tap_drops = 0;         ///< what the taps missed
   TimingSummary latency_us;            ///< as SessionSnapshot has it
   TimingSummary solve_us;              ///< the same
