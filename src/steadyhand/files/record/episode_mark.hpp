@@ -14,16 +14,16 @@ namespace steadyhand {
 struct EpisodeMark {
   enum class Kind {
     kBegin,
-    kKeep,     ///< it ends, if it runs, and is wanted
-    kDiscard,  ///< it ends, if it runs, and is not
+    kKeep,     ///< the episode ends, if it runs, and is kept
+    kDiscard,  ///< the episode ends, if it runs, and is discarded
     kMark,     ///< its success, task or notes, and no more
   };
   Time at{0};
   int episode = 0;  ///< its number in the session, from 1
   Kind kind = Kind::kBegin;
-  std::optional<bool> success;  ///< absent: as it was said before, or nobody knows
-  std::string task;             ///< what is to be done, in words; empty: as it was
-  std::string notes;            ///< for people; empty: as they were
+  std::optional<bool> success;  ///< absent: unchanged or unknown
+  std::string task;             ///< the task in words; empty: unchanged
+  std::string notes;            ///< for people; empty: unchanged
 };
 
 /// Whether it reached the recording that its episode began in. Of an episode whose recording ends within it: kBegin,
@@ -36,9 +36,9 @@ struct EpisodeOutcome {
 
 constexpr auto names_of(EpisodeMark::Kind) {
   using enum EpisodeMark::Kind;
-  return named("EpisodeKind", {Name{kBegin, "begin"}, Name{kKeep, "keep", "it ends, if it runs, and is wanted"},
-                               Name{kDiscard, "discard", "it ends, if it runs, and is not wanted"},
-                               Name{kMark, "mark", "what else is said of it, and no more"}});
+  return named("EpisodeKind", {Name{kBegin, "begin"}, Name{kKeep, "keep", "the episode ends, if it runs, and is kept"},
+                               Name{kDiscard, "discard", "the episode ends, if it runs, and is discarded"},
+                               Name{kMark, "mark", "result, task or notes only"}});
 }
 
 /// A look at a simulated scene and how its task goes: a message on /scene.

@@ -62,14 +62,14 @@ void describe(V& v, Message<OperatorSample>& m) {
     v.add("frame_id", "", "Frame of reference for pose position and orientation", frame);
   }
   v.add("pose", "", "Pose in 3D space", s.X_operator_hand);
-  v.add("clutch", "", "/operator_sample: the operator holds the arm engaged", s.clutch);
+  v.add("clutch", "", "/operator_sample: the clutch is closed", s.clutch);
   v.add("tracked", "", "/operator_sample: the device has a valid pose", s.tracked);
   v.add("emulated", "", "/operator_sample: the device guesses its position", s.emulated);
   v.add("lead_s", "s", "/operator_sample: by which the device predicted the pose", lead, kOrAbsent);
-  v.add("gripper", "", "/operator_sample: 0 open to 1 closed, where the operator says it", s.gripper);
-  v.add("leader", "", "whose hand it is: person, recording (that plays) or policy, whose poses are in the base",
-        s.leader, kOrAbsent);
-  v.add("intervention", "", "/operator_sample: a person leads in the turn of a policy, which waits", s.intervention,
+  v.add("gripper", "", "/operator_sample: 0 open to 1 closed, if the operator sets it", s.gripper);
+  v.add("leader", "", "source of the hand: person, recording (playback) or policy (poses in the base)", s.leader,
+        kOrAbsent);
+  v.add("intervention", "", "/operator_sample: a person controls the arm during a policy's turn", s.intervention,
         kOrAbsent);
   if constexpr (kReads<V>) s.look_ahead = from_seconds(lead);
 }
@@ -82,8 +82,7 @@ void describe(V& v, Message<Target>& m) {
   v.add("frame_id", "", "Frame of reference for pose position and orientation", std::string_view("base"));
   v.add("pose", "", "Pose in 3D space", t.X_base_tool);
   v.add("engaged", "", "/target: the arm is to follow", t.engaged);
-  v.add("leader", "", "whose hand it is: person, recording (that plays) or policy, whose poses are in the base",
-        t.leader);
+  v.add("leader", "", "source of the hand: person, recording (playback) or policy (poses in the base)", t.leader);
 }
 
 // ---- /reference and /plan
@@ -98,8 +97,7 @@ void describe(V& v, Message<Reference>& m) {
   v.add("poses", "", "Poses in 3D space", nodes([&r](int k) { return Pose{r.p[k], Quaternion(r.R[k])}; }));
   v.add("dt_s", "s",
         "time from one pose to the next; the first pose of /plan is at timestamp, that of /reference dt_s later", r.dt);
-  v.add("along_m", "m",
-        "/reference: standard deviations of the poses' positions along the way that the hand goes; 0: not known",
+  v.add("along_m", "m", "/reference: standard deviations of the poses' positions along the hand's path; 0: not known",
         nodes([&r](int k) { return r.spread[k].along; }));
   v.add("across_m", "m", "/reference: likewise, in each direction across it",
         nodes([&r](int k) { return r.spread[k].across; }));
@@ -144,23 +142,23 @@ void describe(V& v, PlanMessage& m) {
 
 template <typename V>
 void describe(V& v, Message<JointCommand>& m) {
-  v.type("steadyhand.JointCommand", "What the arm is told to do");
+  v.type("steadyhand.JointCommand", "Joint command to the arm");
   JointCommand& c = *m.value;
   v.add("timestamp", "", "when the arm is to be there", c.stamp.made);
   v.add("q", "rad (m)", "", c.q);
   v.add("dq", "rad/s (m/s)", "", c.dq);
   v.add("ddq", "rad/s^2 (m/s^2)", "", c.ddq);
-  v.add("gripper", "", "0 open to 1 closed; arms that have none have none", c.gripper);
+  v.add("gripper", "", "0 open to 1 closed; absent for arms without a gripper", c.gripper);
 }
 
 template <typename V>
 void describe(V& v, Message<JointState>& m) {
-  v.type("steadyhand.JointState", "What the arm says it does");
+  v.type("steadyhand.JointState", "Measured state of the arm");
   JointState& s = *m.value;
   v.add("timestamp", "", "when it was measured", s.stamp.made);
   v.add("q", "rad (m)", "", s.q);
   v.add("dq", "rad/s (m/s)", "", s.dq);
-  v.add("gripper", "", "0 open to 1 closed; arms that have none have none", s.gripper);
+  v.add("gripper", "", "0 open to 1 closed; absent for arms without a gripper", s.gripper);
 }
 
 // ---- /plan_step
@@ -171,7 +169,7 @@ struct StepMessage {
 };
 template <typename V>
 void describe(V& v, StepMessage& m) {
-  v.type("steadyhand.PlanStep", "What one planning step did");
+  v.type("steadyhand.PlanStep", "Result of one planning step");
   PlanStep& s = m.step;
   Time at = from_seconds(s.t_s);
   Coordinates acceleration{s.local_acceleration};
@@ -183,7 +181,7 @@ void describe(V& v, StepMessage& m) {
   v.add("ddq", "rad/s^2 (m/s^2)", "", s.ddq);
   v.add("local_acceleration", "m/s^2", "specific force, tool frame; [0, 0, 9.81] at rest and upright", acceleration);
   v.add("objective", "", "value of the objective", s.objective);
-  v.add("shares", "", "what each term adds to the objective", m.shares);
+  v.add("shares", "", "contribution of each term to the objective", m.shares);
   v.add("iterations", "", "", s.iterations);
   v.add("status", "", "solved, feasible or previous", s.status);
   v.add("solve_time_us", "us", "wall clock", s.solve_time_us);
@@ -191,7 +189,7 @@ void describe(V& v, StepMessage& m) {
         s.smallest_sphere_distance_m);
   v.add("engaged", "", "the arm followed the hand", s.engaged);
   v.add("object_distances_m", "m",
-        "of each object around the arm, without its margin, to the bodies that must not touch it; null: all may",
+        "distance of each obstacle, without its margin, to the bodies that must not touch it; null: all may",
         s.object_distances, kOrAbsent);
   if constexpr (kReads<V>) {
     s.t_s = to_seconds(at);
@@ -210,30 +208,30 @@ struct StateChange {
 };
 template <typename V>
 void describe(V& v, StateChange& c) {
-  v.type("steadyhand.Supervision", "What the arm is allowed to do changed");
+  v.type("steadyhand.Supervision", "Change of the supervision's state");
   v.add("timestamp", "", "when", c.at);
   v.add("from", "", "idle, ready, engaged, holding, stopping or fault", c.from);
   v.add("to", "", "idle, ready, engaged, holding, stopping or fault", c.to);
   v.add("reason", "", "why, for people", c.reason);
-  v.add("is_failure", "", "the arm stops, and nobody asked for it", c.is_failure, kOrAbsent);
+  v.add("is_failure", "", "the arm stops without a request", c.is_failure, kOrAbsent);
   v.add("code", "", "the event that `reason` puts in words", c.code);
 }
 
 /// /operator_settings
 template <typename V>
 void describe(V& v, Message<SettingsChange>& m) {
-  v.type("steadyhand.OperatorSettings", "What the operator has set, in force from here on");
+  v.type("steadyhand.OperatorSettings", "Settings of the operator, from this time on");
   SettingsChange& c = *m.value;
   v.add("timestamp", "", "since when", c.at);
-  v.add("weights", "", "of each term of the objective", c.weights);
-  v.add("scale", "", "metres of the tool for each metre of the hand", c.scale);
-  v.add("yaw", "rad", "turn of the operator's axes about the base's z", c.yaw);
+  v.add("weights", "", "weights of each term of the objective", c.weights);
+  v.add("scale", "", "motion of the tool for each metre of the hand", c.scale);
+  v.add("yaw", "rad", "rotation of the operator's axes about the base's z", c.yaw);
   v.add("tilt", "rad", "how far the glass may lean with the hand", c.tilt);
   v.add("no_spill", "", "plans spill nothing", c.no_spill);
-  v.add("fill", "m", "of liquid in the glass", c.fill);
+  v.add("fill", "m", "height of the liquid in the glass", c.fill);
   v.add("latency", "s", "added on purpose between the hand's gate and the planner", c.latency);
-  v.add("prediction", "", "how the hand goes on, for the planner", c.prediction, kOrAbsent);
-  v.add("profile", "", "that these began with", c.profile, kOrAbsent);
+  v.add("prediction", "", "prediction of the hand for the planner", c.prediction, kOrAbsent);
+  v.add("profile", "", "profile that set these values first", c.profile, kOrAbsent);
   if constexpr (kReads<V>) {
     v.check(c.scale > 0.0 && std::isfinite(c.scale) && std::isfinite(c.yaw),
             fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", c.scale, c.yaw));
@@ -250,12 +248,12 @@ void describe(V& v, LiquidMessage& m) {
   v.type("steadyhand.Liquid", "The liquid's surface in the glass, simulated from the measured motion");
   LiquidState& l = m.liquid;
   v.add("timestamp", "", "when", m.at);
-  v.add("tilt_x", "rad", "of the surface's normal about the glass's x axis", l.tilt_x);
-  v.add("tilt_y", "rad", "about its y axis", l.tilt_y);
-  v.add("freeboard", "m", "from the surface's highest point to the rim; negative: over the rim", l.freeboard);
-  v.add("spilled", "", "has gone over the rim", l.spilled);
-  v.add("spilled_share", "", "of the liquid, so far", l.spilled_share, kOrAbsent);
-  v.add("lateral", "m/s^2", "sideways force on it, the largest of the last 20 ms", l.lateral, kOrAbsent);
+  v.add("tilt_x", "rad", "tilt of the surface's normal about the glass's x axis", l.tilt_x);
+  v.add("tilt_y", "rad", "tilt about its y axis", l.tilt_y);
+  v.add("freeboard", "m", "height from the surface's highest point to the rim; negative: over the rim", l.freeboard);
+  v.add("spilled", "", "liquid has gone over the rim", l.spilled);
+  v.add("spilled_share", "", "share of the liquid that was spilled", l.spilled_share, kOrAbsent);
+  v.add("lateral", "m/s^2", "lateral specific force, the largest of the last 20 ms", l.lateral, kOrAbsent);
 }
 
 /// /active_constraint. `kind` by its name, "none" where nothing holds the arm back.
@@ -266,7 +264,7 @@ struct LimitChange {
 };
 template <typename V>
 void describe(V& v, LimitChange& c) {
-  v.type("steadyhand.ActiveConstraint", "Which constraint holds the arm back, from here on");
+  v.type("steadyhand.ActiveConstraint", "Active limit, from this time on");
   v.add("timestamp", "", "since when", c.at);
   v.add("kind", "", "none, position, velocity, acceleration, self_collision, reach or obstacle", c.kind);
   v.add("first", "", "joint, or (first) body", c.first);
@@ -280,8 +278,8 @@ struct CellLook {
 };
 template <typename V>
 void describe(V& v, CellLook& m) {
-  v.type("steadyhand.Cell", "What stands around the arm, from here on");
-  v.add("timestamp", "", "since when; what moves is there then", m.at);
+  v.type("steadyhand.Cell", "Obstacles, from this time on");
+  v.add("timestamp", "", "since when; moving objects are at their positions then", m.at);
   v.add("cell", "", "see docs/how-to/add-a-table.md", m.cell);
 }
 
@@ -295,32 +293,32 @@ void describe(V& v, Message<TimingSummary>& m) {
 }
 template <typename V>
 void describe(V& v, Message<SessionStatistics>& m) {
-  v.type("steadyhand.Statistics", "Counted since the session began");
+  v.type("steadyhand.Statistics", "Counts since the session started");
   SessionStatistics& s = *m.value;
   Message<TimingSummary> latency{&s.latency_us}, solve{&s.solve_us}, wake{&s.wake_us};
   v.add("timestamp", "", "when", s.now);
-  v.add("latency", "", "hand to the first command made from it", latency);
-  v.add("solve", "", "a solve with its check", solve);
-  v.add("wake", "", "how late control cycles began", wake);
-  v.add("samples", "", "of the hand", s.samples);
-  v.add("plans", "", "followed", s.plans);
-  v.add("rejected_plans", "", "late, or failed their check", s.rejected_plans);
-  v.add("cycles", "", "of control", s.cycles);
-  v.add("missed_deadlines", "", "of control", s.missed_deadlines);
-  v.add("planner_rate_hz", "Hz", "planning steps a second", s.planner_rate_hz);
+  v.add("latency", "", "time from a hand sample to the first command made from it", latency);
+  v.add("solve", "", "time of a solve with its check", solve);
+  v.add("wake", "", "delay of the start of control cycles", wake);
+  v.add("samples", "", "samples of the hand", s.samples);
+  v.add("plans", "", "plans that were followed", s.plans);
+  v.add("rejected_plans", "", "plans that were late, or failed their check", s.rejected_plans);
+  v.add("cycles", "", "control cycles", s.cycles);
+  v.add("missed_deadlines", "", "missed control cycles", s.missed_deadlines);
+  v.add("planner_rate_hz", "Hz", "plans per second", s.planner_rate_hz);
 }
 
 /// /episode
 template <typename V>
 void describe(V& v, Message<EpisodeMark>& m) {
-  v.type("steadyhand.Episode", "Something was said of an episode; the last that says it counts");
+  v.type("steadyhand.Episode", "A mark of an episode; the last one counts");
   EpisodeMark& e = *m.value;
   v.add("timestamp", "", "when", e.at);
   v.add("episode", "", "its number in the session, from 1", e.episode);
   v.add("kind", "", "begin, keep, discard or mark", e.kind);
-  v.add("success", "", "whether it did what it was to do; absent: as before, or not known", e.success);
-  v.add("task", "", "what is to be done, in words; absent: as before", e.task, kOrAbsent);
-  v.add("notes", "", "for people; absent: as before", e.notes, kOrAbsent);
+  v.add("success", "", "whether the task succeeded; absent: unchanged or unknown", e.success);
+  v.add("task", "", "the task in words; absent: unchanged", e.task, kOrAbsent);
+  v.add("notes", "", "for people; absent: unchanged", e.notes, kOrAbsent);
 }
 
 /// /scene
@@ -329,21 +327,21 @@ void describe(V& v, ThingState& t) {
   v.add("pose", "", "in the base's frame", t.X_base_thing);
   v.add("velocity", "m/s", "base frame", t.velocity);
   v.add("turning", "rad/s", "base frame", t.turning);
-  v.add("touches", "", "a bit for each thing that it is in contact with", t.touches);
+  v.add("touches", "", "a bit for each object that it is in contact with", t.touches);
 }
 template <typename V>
 void describe(V& v, Message<SceneLook>& m) {
-  v.type("steadyhand.Scene", "A simulated scene, and how its task goes");
+  v.type("steadyhand.Scene", "A simulated scene, and the progress of its task");
   SceneState& scene = m.value->scene;
   TaskProgress& progress = m.value->progress;
   std::vector<ThingState> things(scene.thing.begin(), scene.thing.begin() + scene.things);
   v.add("timestamp", "", "when", scene.at);
-  v.add("reset", "", "how often the scene was set up before", scene.reset);
-  v.add("things", "", "those that metadata 'task' names, in that order", things, sized(0, kMaxThings));
-  v.add("time_s", "s", "since the scene was set up, or until the task was decided", progress.time);
+  v.add("reset", "", "number of earlier setups of the scene", scene.reset);
+  v.add("things", "", "objects that metadata 'task' names, in that order", things, sized(0, kMaxThings));
+  v.add("time_s", "s", "time since the scene was set up, or until the task was decided", progress.time);
   v.add("held", "", "a bit for each condition of the task that holds", progress.held);
-  v.add("spilled_share", "", "of the liquid, since the scene was set up", progress.spilled);
-  v.add("success", "", "once it is decided", progress.success);
+  v.add("spilled_share", "", "share of the liquid that was spilled since the scene was set up", progress.spilled);
+  v.add("success", "", "result, once it is decided", progress.success);
   if constexpr (kReads<V>) {
     scene.things = static_cast<int>(std::min(things.size(), scene.thing.size()));
     std::copy_n(things.begin(), scene.things, scene.thing.begin());
@@ -357,7 +355,7 @@ struct PictureMessage {
 };
 template <typename V>
 void describe(V& v, PictureMessage& m) {
-  v.type("foxglove.CompressedVideo", "A picture of a camera");
+  v.type("foxglove.CompressedVideo", "A camera frame");
   const VideoPacket& picture = *m.picture.value;
   v.add("timestamp", "", "when it was exposed", picture.stamp.hand);
   v.add("frame_id", "", "the camera's name", m.camera);

@@ -110,13 +110,13 @@ void describe(V& v, RobotModel& model) {
   v.add("acceleration_max", "rad/s^2 (m/s^2)", "", model.acceleration_max);
   if constexpr (!kReads<V>) {
     std::vector<SphereNote> spheres = spheres_of(model);
-    v.add("spheres", "", "of arms that have no other bodies", spheres);
+    v.add("spheres", "", "spheres of arms that have no other bodies", spheres);
   }
   v.add("bodies", "", "", model.bodies);
-  v.add("pairs", "", "of indices of bodies", pairs);
-  v.add("meshes", "", "whose the page draws, where they are not its own", meshes, kOrAbsent);
+  v.add("pairs", "", "pairs of indices of bodies", pairs);
+  v.add("meshes", "", "robot whose meshes the page draws, if not those of this one", meshes, kOrAbsent);
   v.add("gripper", "", "", gripper);
-  v.add("mount", "", "of the root in the base", mount);
+  v.add("mount", "", "pose of the root in the base", mount);
   if constexpr (kReads<V>) {
     model.meshes = meshes.empty() ? model.name : meshes;
     if (gripper) model.gripper_time = gripper->closes_in;

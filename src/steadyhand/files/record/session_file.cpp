@@ -237,7 +237,7 @@ Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts
   session.overview = *std::move(overview);
   const auto robot = session.overview.metadata.find("robot");
   if (robot == session.overview.metadata.end()) {
-    return Error{fmt::format("{}: does not tell its robot; it is no session of steadyhand's", path.string())};
+    return Error{fmt::format("{}: has no robot in its metadata; it is not a session of steadyhand", path.string())};
   }
   try {
     read_robot(robot->second.at("json"), session);

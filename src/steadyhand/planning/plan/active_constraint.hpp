@@ -25,12 +25,13 @@ enum class ConstraintKind : std::uint8_t {
 /// Their names in recordings and the protocol.
 constexpr auto names_of(ConstraintKind) {
   using enum ConstraintKind;
-  return named(
-      "ConstraintKind",
-      {Name{kNone, "none"}, Name{kPosition, "position", "of joint `first`"},
-       Name{kVelocity, "velocity", "of joint `first`"}, Name{kAcceleration, "acceleration", "of joint `first`"},
-       Name{kSelfCollision, "self_collision", "of bodies `first` and `second`"}, Name{kReach, "reach", "of the arm"},
-       Name{kObstacle, "obstacle", "of body `first` and object `second` of `cell`"}});
+  return named("ConstraintKind",
+               {Name{kNone, "none"}, Name{kPosition, "position", "limit of joint `first`"},
+                Name{kVelocity, "velocity", "limit of joint `first`"},
+                Name{kAcceleration, "acceleration", "limit of joint `first`"},
+                Name{kSelfCollision, "self_collision", "distance of bodies `first` and `second`"},
+                Name{kReach, "reach", "reach of the arm"},
+                Name{kObstacle, "obstacle", "distance of body `first` to object `second` of `cell`"}});
 }
 
 /// The constraint, and whose it is.

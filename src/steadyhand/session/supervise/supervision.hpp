@@ -7,13 +7,13 @@
 
 namespace steadyhand {
 
-/// What the arm is allowed to do now.
+/// State of the supervision, which decides whether the arm moves.
 enum class SupervisionState : std::uint8_t {
   kIdle,      ///< the arm does not follow set-points yet
-  kReady,     ///< the arm stands; an engagement would move it
+  kReady,     ///< the arm is stationary; closing the clutch engages it
   kEngaged,   ///< the arm follows the hand
-  kHolding,   ///< engaged, but the hand cannot be trusted now: the arm rests where it was led
-  kStopping,  ///< a stop was asked for: the arm comes to rest and then waits for a reset
+  kHolding,   ///< engaged, but the hand cannot be trusted now: the arm rests
+  kStopping,  ///< a stop was asked for: the arm stops and then waits for a reset
   kFault,     ///< the arm or a part of the program failed: nothing moves until a reset
 };
 
@@ -21,14 +21,14 @@ enum class SupervisionState : std::uint8_t {
 constexpr auto names_of(SupervisionState) {
   using enum SupervisionState;
   return named("SessionState", {Name{kIdle, "idle", "the arm does not follow commands yet"},
-                                Name{kReady, "ready", "the arm stands; closing the clutch moves it"},
+                                Name{kReady, "ready", "the arm is stationary; closing the clutch engages it"},
                                 Name{kEngaged, "engaged", "the arm follows the hand"},
                                 Name{kHolding, "holding", "engaged, but the hand cannot be trusted now: the arm rests"},
                                 Name{kStopping, "stopping", "the arm stops and waits for a reset"},
                                 Name{kFault, "fault", "the arm or the program failed: nothing moves until a reset"}});
 }
 
-/// Why the state is what it is, for programs. The words for people may change.
+/// Why the state is what it is, for programs. The text for people may change.
 enum class ReasonCode : std::uint8_t {
   kStarting,
   kArmStopped,    ///< the arm stopped by itself
@@ -36,16 +36,16 @@ enum class ReasonCode : std::uint8_t {
   kReady,         ///< the arm takes commands
   kStopAsked,     ///< a client, or the terminal, asked for a stop
   kStalled,       ///< the control loop missed too many cycles
-  kOffPath,       ///< the arm is not where its commands lead
+  kOffPath,       ///< the arm is not at its commanded position
   kReset,         ///< after a stop or a fault
   kSilent,        ///< the device stopped sending
   kReleased,      ///< the clutch is open
-  kProfileWaits,  ///< the hand was released for a new profile, which takes effect at rest
+  kProfileWaits,  ///< the hand was released for a new profile, which starts after the arm has stopped
   kGripped,       ///< the clutch closed
   kHandLost,      ///< poses of the hand cannot be trusted
-  kNoPose,        ///< no pose of the hand came for a while
+  kNoPose,        ///< no pose of the hand was received for a while
   kHandBack,      ///< poses can be trusted again
-  kPlannerLate,   ///< no plan came for a while
+  kPlannerLate,   ///< no plan was received for a while
 };
 
 /// Likewise.
@@ -55,11 +55,11 @@ constexpr auto names_of(ReasonCode) {
                {Name{kStarting, "starting"}, Name{kArmStopped, "arm_stopped", "by itself"},
                 Name{kFailed, "failed", "a part of the program"}, Name{kReady, "ready", "the arm takes commands"},
                 Name{kStopAsked, "stop_asked"}, Name{kStalled, "stalled", "the control loop missed cycles"},
-                Name{kOffPath, "off_path", "the arm is not where its commands lead"}, Name{kReset, "reset"},
+                Name{kOffPath, "off_path", "the arm is not at its commanded position"}, Name{kReset, "reset"},
                 Name{kSilent, "silent", "the device stopped sending"}, Name{kReleased, "released"},
-                Name{kProfileWaits, "profile_waits", "released, since a profile takes effect at rest"},
+                Name{kProfileWaits, "profile_waits", "released, because a profile starts after the arm has stopped"},
                 Name{kGripped, "gripped"}, Name{kHandLost, "hand_lost", "poses cannot be trusted"},
-                Name{kNoPose, "no_pose", "none came for a while"}, Name{kHandBack, "hand_back"},
+                Name{kNoPose, "no_pose", "no pose was received for a while"}, Name{kHandBack, "hand_back"},
                 Name{kPlannerLate, "planner_late"}});
 }
 
@@ -75,14 +75,14 @@ struct SupervisionChange {
   SupervisionState from = SupervisionState::kIdle;  ///< before
   SupervisionState to = SupervisionState::kIdle;    ///< from now on
   std::string_view reason;                          ///< static text
-  bool is_failure = false;                          ///< the arm stops, and nobody asked for it
-  ReasonCode code = ReasonCode::kStarting;          ///< of reason
+  bool is_failure = false;                          ///< the arm stops without a request
+  ReasonCode code = ReasonCode::kStarting;          ///< code of reason
 };
 
-/// After which times the arm is no longer led.
+/// Times after which the arm is no longer engaged.
 struct SupervisorSettings {
   double hold_after = 0.1;           ///< s without a good pose of the hand: hold
-  double disengage_after = 0.25;     ///< s without a word from the hand: disengage
+  double disengage_after = 0.25;     ///< s without a message from the device: disengage
   double planner_late_after = 0.25;  ///< s without a new plan while engaged: hold
   double arm_late_after = 10.0;      ///< s in idle: report that the arm does not follow yet, again and again
 };
@@ -93,12 +93,12 @@ inline constexpr double kSampleTimeout = 0.25;
 /// Which poses of a hand are trusted.
 struct HandGateSettings {
   bool accept_emulated = false;  ///< take poses whose position the headset guesses
-  /// A hand's speed: reaching and throwing stay below 6 m/s and 25 rad/s at the hand. The allowances beside them are
-  /// for noise at high rates.
+  /// A hand's speed: reaching and throwing stay below 6 m/s and 25 rad/s at the hand. The allowances
+  /// are for noise at high rates.
   double speed_max = 6.0, jump_allowance = 0.02;  ///< m/s, m
   double turn_rate_max = 30.0;                    ///< rad/s
   double turn_allowance = 0.15;                   ///< rad
-  /// Of a policy, whose targets are smoothed to its pace (PolicyHand): the same, for a tool and not for a hand.
+  /// Limits of a policy, whose targets are smoothed to its pace (PolicyHand): for a tool, not a hand.
   double policy_speed_max = 2.0, policy_jump_allowance = 0.005;  ///< m/s, m
   double policy_turn_rate_max = 6.0;                             ///< rad/s
   double policy_turn_allowance = 0.05;                           ///< rad
