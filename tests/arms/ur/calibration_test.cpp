@@ -93,7 +93,7 @@ TEST(UrCalibration, AnotherArmIsRefused) {
   UrDeviation deviation;
   const auto made = calibrate(ur5e(), ur10e, deviation);
   ASSERT_FALSE(made);
-  EXPECT_NE(made.error().message.find("no 'ur5e'"), std::string::npos) << made.error().message;
+  EXPECT_NE(made.error().message.find("is not a 'ur5e'"), std::string::npos) << made.error().message;
 }
 
 TEST(UrPrimaryInterface, TellsTheKinematicsThatTheControllerHas) {
