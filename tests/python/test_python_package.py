@@ -567,10 +567,10 @@ sys.exit(main())
     (["study", "--help"], 0, ["usage: steadyhand study"]),
     (["score", "--help"], 0, ["usage: steadyhand score"]),
     (["policy", "--help"], 0, ["usage: steadyhand policy"]),
-    (["dataset", "a.mcap", "--out", "set"], 2, ["pip install steadyhand[dataset]"]),
-    (["dataset", "a.mcap", "--out", "set", "--format", "robomimic"], 2, ["pip install steadyhand[dataset]"]),
-    (["study", "study.yaml", "--check"], 2, ["study: ", "pip install steadyhand[study]"]),
-    (["study", "analyse", "out"], 2, ["pip install steadyhand[study]"]),
+    (["dataset", "a.mcap", "--out", "set"], 2, ["pip install .[dataset]"]),
+    (["dataset", "a.mcap", "--out", "set", "--format", "robomimic"], 2, ["pip install .[dataset]"]),
+    (["study", "study.yaml", "--check"], 2, ["study: ", "pip install .[study]"]),
+    (["study", "analyse", "out"], 2, ["pip install .[study]"]),
 ])  # fmt: skip
 def test_the_command_without_extras_names_them(tmp_path, words, code, said):
     environment = {**os.environ, "PYTHONPATH": str(Path(P.__file__).parents[1])}

@@ -33,8 +33,9 @@ nb::tuple run_program(std::vector<std::string> words) {
   add_describe_command(app, command);
   add_solve_command(app, command);
   // Written in Python, which takes these words before they come here (python/steadyhand/__main__.py).
-  app.add_subcommand("study", "A user study, by people or simulated operators (needs pip install steadyhand[study])");
-  app.add_subcommand("dataset", "A data set of recorded sessions (needs pip install steadyhand[dataset])");
+  app.add_subcommand("study",
+                     "A user study, by people or simulated operators (needs pip install .[study] in the checkout)");
+  app.add_subcommand("dataset", "A data set of recorded sessions (needs pip install .[dataset] in the checkout)");
   app.add_subcommand("score", "Recorded sessions as rows of figures");
   app.add_subcommand("policy", "A policy of a Python file controls the arm of a running program");
   const Result<int> done = [&] {
