@@ -232,7 +232,7 @@ TEST_F(Ros2Faults, AStepOfTheJointsStopsTheArm) {
     controller().arm().push(JointVector::Constant(6, step));
     (void)run(0.02);
     EXPECT_EQ(state.status, ArmStatus::kStopped) << step;
-    EXPECT_NE(state.reason.find("stepped"), std::string_view::npos) << state.reason;
+    EXPECT_NE(state.reason.find("the joints jumped"), std::string_view::npos) << state.reason;
   }
 }
 
