@@ -84,8 +84,12 @@ static void take(const SolidNote& solid, Obstacle& obstacle) {
 }
 template <typename V>
 void describe(V& v, NearObstacle& near) {
-  MovedNote moved{near.body, note_of(near.carried)};
-  SolidNote solid = note_of(near.obstacle);
+  MovedNote moved{near.body};
+  SolidNote solid;
+  if constexpr (kWrites<V>) {  // poses that nobody has set are not looked at
+    if (near.body >= kMaxBodies) moved.carried = note_of(near.carried);
+    solid = note_of(near.obstacle);
+  }
   v.add("body", "", "", moved);
   describe(v, solid);
   if (!kWrites<V> || near.obstacle.carried) v.add("carried", "", "", near.obstacle.carried, kOrAbsent);
