@@ -75,6 +75,7 @@ constexpr EventTexts kEvents[] = {
     {Event::kHandBack, ReasonCode::kHandBack, "the policy's targets are back", "the demo motion continues"},
     {Event::kPlannerLate, ReasonCode::kPlannerLate},
 };
+static_assert(std::size(kEvents) == std::size_t{1} + static_cast<std::size_t>(Event::kPlannerLate));
 
 const EventTexts& texts_of(Event event) {
   return *std::find_if(std::begin(kEvents), std::end(kEvents), [&](const EventTexts& e) { return e.event == event; });
