@@ -21,14 +21,14 @@ namespace {
 constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
 constexpr Time kCamerasPeriod = std::chrono::milliseconds(500);  ///< between two looks at whether they have ended
 
-/// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
+/// Opens it if there is a desktop; a failure does not concern the session. Every user of this machine can read the
 /// address among the arguments of the programs that open it.
 void open_browser(const std::string& url) {
   if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
   launch({"xdg-open", {url}});
 }
 
-/// What a request would have done with a recorded session; none: it is of this session.
+/// The edit of a recorded session that a request asks for; none: the request is for this session.
 std::optional<SessionEdit> session_edit(const OperatorRequest& request) {
   switch (request.kind) {
     case OperatorRequest::Kind::kLabel:
@@ -79,11 +79,11 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
 LiveConsole::~LiveConsole() {
   close_page();
   if (settings_.cameras != nullptr) settings_.cameras->end();
-  // Its threads end before what they use goes.
+  // Its threads end before the objects that they use.
   if (session_->is_running()) (void)session_->finish();
 }
 
-/// What the recording tells of its session.
+/// The session's description in its recording.
 SessionRecorder::Metadata LiveConsole::describe() const {
   SessionRecorder::Metadata all = settings_.metadata;
   for (auto& [name, entries] :
@@ -97,7 +97,7 @@ void LiveConsole::say_addresses(const std::vector<std::string>& urls) const {
   for (const std::string& url : urls) say("open  " + url + "\n");
 }
 
-/// For a phone, which reaches this machine by the network alone.
+/// For a phone, which reaches this machine over the network only.
 void LiveConsole::draw(const std::string& url) const {
   if (settings_.server.lan && callbacks_.draw) callbacks_.draw(terminal_qr(url));
 }
@@ -134,7 +134,7 @@ Status LiveConsole::open_page() {
   callbacks.now = [this] { return clock_->now(); };
   callbacks.on_thread = [realtime = settings_.live.realtime] {
     name_thread("server");
-    if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
+    if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has reported it
   };
   callbacks.on_tick = [this] { operator_interface_->note_server_alive(clock_->now()); };
   callbacks.on_failure = [this](const std::string& what) {
@@ -184,7 +184,7 @@ Status LiveConsole::start() {
   if (settings_.page) {
     if (Status s = open_page(); !s) return s;
   }
-  // What may fail has not: no recording is left of a session that never was.
+  // Last, after everything that may fail: a session that did not start leaves no recording.
   recorder_.emplace(session_->ocp(), settings_.recording, describe(), clock_->now(),
                     std::make_unique<RecordingFolder>(settings_.recording_place),
                     settings_.cameras != nullptr ? settings_.cameras->cameras() : std::vector<CameraInfo>());
@@ -255,7 +255,7 @@ void LiveConsole::look_at_cameras(Time now) {
   cameras_ended_ = std::make_shared<const std::vector<std::string>>(std::move(ended));
 }
 
-/// What the scene did since, for its task and the recording.
+/// Passes the scene's newest state to its task and the recording.
 void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
   SceneState scene;
   if (!settings_.scene->read_scene(scene)) return;
@@ -274,7 +274,7 @@ void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
   }
 }
 
-/// On the server's thread; what the disk says comes later.
+/// On the server's thread; errors of the disk are reported later.
 Status LiveConsole::edit_session(const SessionEdit& edit) {
   if (!started_) return Error{"the session has not started"};
   return library_->edit(edit, recorder_->writing(), [this](const Status& done) {

@@ -26,33 +26,33 @@ struct ConsoleSettings {
   ServerSettings server;
   RecordingSettings recording;
   RecordingFolderSettings recording_place;
-  std::vector<Profile> profiles;           ///< to choose among, at least one
-  int profile = 0;                         ///< index of the first
-  std::string solver;                      ///< empty: the profile's
-  std::vector<NamedRecording> recordings;  ///< hands that may play
-  SessionRecorder::Metadata metadata;      ///< for the recording, beside `robot` and `run`, whose entries it may add to
-  bool page = true;                        ///< serve the operator's page
-  bool browser = false;                    ///< open it
-  const Task* task = nullptr;              ///< of the scene; null: there is none. Must outlive the console, as the next
-  SimulatedScene* scene = nullptr;         ///< null: there is none
-  std::vector<std::pair<int, CellObject>>
-      things;                            ///< of it that the page draws: Task::things, and solids in their frame
-  Cameras* cameras = nullptr;            ///< that film; null: none. Not begun yet; must outlive the console
-  std::filesystem::path report_program;  ///< answers what the page asks of recordings, see SessionLibrary
+  std::vector<Profile> profiles;                   ///< to choose among, at least one
+  int profile = 0;                                 ///< index of the first
+  std::string solver;                              ///< empty: the profile's
+  std::vector<NamedRecording> recordings;          ///< hands that may play
+  SessionRecorder::Metadata metadata;              ///< for the recording: tables, and entries of `robot` and `run`
+  bool page = true;                                ///< serve the operator's page
+  bool browser = false;                            ///< open it
+  const Task* task = nullptr;                      ///< the scene's; null: none. Task and scene must outlive the console
+  SimulatedScene* scene = nullptr;                 ///< null: there is none
+  std::vector<std::pair<int, CellObject>> things;  ///< Task::things that the page draws, and solids in their frame
+  Cameras* cameras = nullptr;                      ///< null: none. Not started yet; must outlive the console
+  std::filesystem::path report_program;            ///< answers what the page asks of recordings, see SessionLibrary
 };
 
-/// What a console tells whoever made it. Any may be empty.
+/// Callbacks of a console. Any may be empty.
 struct ConsoleCallbacks {
-  /// Lines for people, from any thread; must not block.
+  /// Lines for users, from any thread; must not block.
   std::function<void(std::string text)> say;
   /// The same with escape sequences of a terminal: a code for a phone's camera.
   std::function<void(std::string picture)> draw;
-  /// Another client of the page leads the arm, or (0) nobody. On the server's thread; must not block.
+  /// Another client of the page has control; 0: none has. On the server's thread; must not block.
   std::function<void(std::uint64_t client)> on_lease;
 };
 
-/// A live session with everything that stands between it and its operator, wired: the desk that carries out requests,
-/// recorded hands, the page with its server, past sessions, the recording. One thread makes it, calls poll() every
+/// A live session connected to what its operator needs: the operator interface that carries out requests, recorded
+/// hands, the page with its server, past sessions, the recording. One thread makes it, calls poll() every millisecond,
+/// and finishes it.
 /// millisecond, and finishes it.
 ///
 ///     auto console = LiveConsole::make(model, settings, arm, clock);
@@ -69,16 +69,17 @@ class LiveConsole {
   /// Ends what finish() has not.
   ~LiveConsole();
 
-  /// Serves the page, begins the recording, starts the threads. Once. Fails as Server::start; then nothing was begun.
+  /// Serves the page, starts the recording and the threads. Call once. Fails as Server::start; then nothing was
+  /// started.
   Status start();
-  /// Plays recorded hands, shows the session at the page, says what people should know.
+  /// Plays recorded hands, shows the session at the page, reports notices.
   /// @return when to call again: in a millisecond at most
   Time poll(Time now);
-  /// No page from here on, and no callback of its server. finish() does it too.
+  /// Closes the page; then no callback of its server runs. finish() does it too.
   void close_page() { server_.reset(); }
-  /// Brings the arm to rest, ends threads and recording.
+  /// Stops the arm, ends threads and recording.
   LiveSummary finish();
-  /// What people should know of session and recording, as far as it was not said; poll() does it too.
+  /// Reports the notices of session and recording that are not reported yet; poll() does it too.
   void say_notices();
   /// Carries out what a client asks for, as the server does on its thread.
   Status apply(const OperatorRequest& request);
@@ -86,7 +87,7 @@ class LiveConsole {
   LiveSession& session() { return *session_; }
   OperatorInterface& operator_interface() { return *operator_interface_; }
   const Server* server() const { return server_.get(); }                 ///< null without a page
-  EpisodeView episode() const { return episodes_.view(clock_->now()); }  ///< that which runs, or ran last
+  EpisodeView episode() const { return episodes_.view(clock_->now()); }  ///< the current or newest episode
   const Profile& profile() const { return settings_.profiles[settings_.profile]; }
 
  private:
@@ -108,7 +109,7 @@ class LiveConsole {
   void say_addresses(const std::vector<std::string>& urls) const;
 
   const RobotModel* model_;
-  ConsoleSettings settings_;  ///< but for the recordings, which are the operator_interface's
+  ConsoleSettings settings_;  ///< except the recordings, which are the operator_interface's
   Clock* clock_;
   ConsoleCallbacks callbacks_;
   std::unique_ptr<LiveSession> session_;
@@ -118,17 +119,17 @@ class LiveConsole {
   std::optional<SessionRecorder> recorder_;
   Episodes episodes_;
   std::optional<TaskJudge> judge_;
-  std::atomic<bool> episode_begins_{false};                        ///< the judge has not heard of it
+  std::atomic<bool> episode_begins_{false};                        ///< the judge does not know of it yet
   std::optional<SceneThings> things_;                              ///< ConsoleSettings::things
   SceneState seen_;                                                ///< newest look at the scene
   std::shared_ptr<const std::vector<std::string>> cameras_ended_;  ///< as OperatorView has it
   Time cameras_seen_{0};
-  Mutex scene_;                  ///< of the next two
+  Mutex scene_;                  ///< guards the next two
   std::optional<bool> decided_;  ///< how the scene's task ended
-  std::uint64_t seed_ = 0;       ///< of the scene's places
+  std::uint64_t seed_ = 0;       ///< seed of the places in the scene
   std::unique_ptr<Server> server_;
   std::atomic<bool> started_{false};
-  std::size_t warned_ = 0;  ///< of the session's warnings
+  std::size_t warned_ = 0;  ///< number of the session's warnings that were reported
   Time shown_{0};
 };
 

@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-/// A program beside a session that moves an arm, without this process's files and signals.
+/// A program alongside a session that moves an arm, without this process's files and signals.
 struct ModestProcess {
   std::string program;  ///< a path, or what is searched for in PATH
   std::vector<std::string> arguments;
@@ -18,8 +18,8 @@ struct ModestProcess {
 /// with what it writes to stderr if it does not end well, and once `end` is set.
 Status run_into(const ModestProcess& process, int file, const std::atomic<bool>& end);
 
-/// Starts a program that goes on by itself, whatever becomes of this one: without its files, output and terminal, too.
-/// Whether it runs is no concern of who calls.
+/// Starts a program that continues when this one ends: it gets none of our files, output and terminal. Whether it runs
+/// is not reported.
 void launch(const ModestProcess& process);
 
 /// The first call of such a process: lowest priority, bounded memory and output, ended first when memory runs out.

@@ -19,11 +19,11 @@ struct OutputQueue::Shared {
   explicit Shared(int descriptor_) : descriptor(descriptor_) {}
 
   const int descriptor;
-  std::mutex mutex;  ///< of what follows; never held while writing
+  std::mutex mutex;  ///< guards the following members; never held while writing
   std::condition_variable changed;
   std::string waiting;
   std::size_t taken = 0;                  ///< bytes written
-  std::uint64_t dropped = 0, untold = 0;  ///< texts, of which nobody was told yet
+  std::uint64_t dropped = 0, untold = 0;  ///< texts, and those of them not reported yet
   bool ending = false, done = false, failed = false;
 };
 
@@ -72,13 +72,13 @@ bool OutputQueue::finish(Time timeout) {
 
 namespace {
 
-/// Bytes of them that were written; 0 if no more can be.
+/// Number of bytes written; 0 if no more can be.
 std::size_t write_some(int descriptor, const char* text, std::size_t size) {
-  constexpr std::size_t kPiece = 4096;  // so that progress is seen
+  constexpr std::size_t kPiece = 4096;  // small, to detect progress
   for (;;) {
     const ssize_t written = ::write(descriptor, text, std::min(size, kPiece));
     if (written > 0) return static_cast<std::size_t>(written);
-    if (errno == EAGAIN) {  // somebody made it so
+    if (errno == EAGAIN) {  // another program has set O_NONBLOCK
       pollfd writable{descriptor, POLLOUT, 0};
       (void)poll(&writable, 1, -1);
     } else if (errno != EINTR) {

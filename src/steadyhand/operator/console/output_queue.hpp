@@ -9,8 +9,8 @@
 
 namespace steadyhand {
 
-/// Text for people, on its way to a terminal, a file or a pipe that may take it late or never. Whoever says something
-/// does not wait: a thread of its own writes, in order. What does not fit any more is dropped, and that is told.
+/// Text for users, on its way to a terminal, a file or a pipe that may be slow or blocked. say() does not wait: the
+/// queue's thread writes, in order. Text that does not fit is dropped, and the drop is reported.
 class OutputQueue {
  public:
   static constexpr std::size_t kMost = 1 << 20;  ///< bytes that wait at most
@@ -20,12 +20,12 @@ class OutputQueue {
   /// As finish(), with a timeout of a second.
   ~OutputQueue();
 
-  /// Any thread. The text should end with a line's end. It is written as printable() has it, whoever named what it
-  /// speaks of.
+  /// Any thread. The text should end with a line's end. It is written as printable() has it, because it may contain
+  /// foreign names.
   void say(std::string_view text);
-  /// The same without a look at what is in it: escape sequences of our own.
+  /// The same without printable(): for our escape sequences.
   void draw(std::string picture);
-  /// Waits until everything is written, as long as somebody takes something within `timeout`. Once, and last.
+  /// Waits until everything is written, as long as the reader takes something within `timeout`. Once, and last.
   /// @return false if something was dropped, or could not be written
   bool finish(Time timeout);
 
@@ -33,7 +33,7 @@ class OutputQueue {
   struct Shared;
   static void work(const std::shared_ptr<Shared>& shared);
 
-  std::shared_ptr<Shared> shared_;  ///< the thread's too, which is left behind where nobody reads
+  std::shared_ptr<Shared> shared_;  ///< also the thread's, which is detached if nothing reads
   std::thread thread_;
 };
 

@@ -15,9 +15,9 @@
 
 namespace steadyhand {
 
-/// Recorded sessions for the operator's page, read one after another in a process of their own with little priority and
-/// limited memory, so that nobody who asks disturbs a session that runs. docs/reference/protocol.md says what the
-/// answers hold.
+/// Recorded sessions for the operator's page. A separate process with low priority and limited memory reads them one
+/// after another, so that requests do not disturb a running session. docs/reference/protocol.md has the contents of the
+/// answers.
 class SessionLibrary {
  public:
   using Answer = std::function<void(Result<FreshPage>)>;
@@ -30,8 +30,8 @@ class SessionLibrary {
 
   /// For ServerCallbacks::on_fetch; any path at all. Does not wait.
   void fetch(const std::string& path, Answer answer);
-  /// Labels, renames or deletes a session, later, and then calls `done` from a thread of its own; or says at once why
-  /// that cannot be. Does not wait. @param written name of the session that is recorded now; empty: none
+  /// Labels, renames or deletes a session later, then calls `done` from the library's thread; returns an error at once
+  /// if that is impossible. Does not wait. @param written name of the session that is recorded now; empty: none
   Status edit(const SessionEdit& edit, const std::string& written, std::function<void(Status)> done);
 
  private:

@@ -24,12 +24,12 @@ struct SessionSettings {
   std::string task_name = "none";
   std::string solver = "profile";         ///< a solver's name, or the profile's own
   std::string arm_kind{kSimulated.name};  ///< of kArmKinds
-  std::string arm_host;                   ///< of those that have one
+  std::string arm_host;                   ///< for kinds that have a host
   std::string translation_frame = "base", rotation_frame = "base";
   std::string recording_folder = default_session_folder().string();
   LiveSettings live;
   Task task;                     ///< read by its name later
-  std::string contact = "stop";  ///< of a ContactPolicy
+  std::string contact = "stop";  ///< name of a ContactPolicy
   SimulatedArmSettings arm;
   MujocoSettings mujoco;
   CameraInfo camera;  ///< size and rate of each
@@ -41,7 +41,7 @@ struct SessionSettings {
 
   SessionSettings();
 
-  /// Puts together what belongs together, once everything is set. Refuses settings that contradict each other,
+  /// Completes dependent settings, once everything is set. Refuses settings that contradict each other,
   /// with the origins that the table knows.
   Status resolve(const SettingsTable& table);
 };

@@ -10,10 +10,10 @@ StopSignals::StopSignals() {
   sigaddset(&set_, SIGTERM);
   sigaddset(&set_, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &set_, nullptr);
-  // A reader of stdout that goes away and a file that reaches its largest size are errors of writing, no reason to end.
+  // A closed reader of stdout and a file at its size limit are write errors; they must not end the program.
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
-  // Nor is a terminal that stops who writes from the background (stty tostop).
+  // Background writes to a terminal (stty tostop) must not stop it either.
   signal(SIGTTOU, SIG_IGN);
 }
 
