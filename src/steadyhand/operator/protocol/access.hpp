@@ -7,19 +7,19 @@
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/core/time.hpp"
 
-/// Who may connect and who may command.
+/// Access: which clients may connect, and which may command.
 namespace steadyhand {
 
 /// `length` consonants from the system's random source, 4.3 bits each: a headset's keyboard has them in one layout, and
 /// they make no words. Empty if the source fails.
 std::string random_text(int length);
 
-/// In a time that does not depend on where they differ.
+/// Takes a time that does not depend on where they differ.
 bool equal_secret(std::string_view a, std::string_view b);
 
-/// Whether a request for `host` (the Host header, "name" or "name:port") is meant for one of `names`. A page of
-/// somebody else's whose name was made to point here (DNS rebinding) carries that name. Case does not count. The port
-/// may be any number: a forwarded one is another than ours.
+/// Whether a request for `host` (the Host header, "name" or "name:port") is meant for one of `names`. A foreign page
+/// whose name was made to point here (DNS rebinding) carries that foreign name. Case does not count. The port may be
+/// any number: forwarding changes it.
 bool host_allowed(std::string_view host, const std::vector<std::string>& names);
 
 /// Whether a WebSocket's Origin header is that of a page that this server gave out under this Host header.
@@ -43,7 +43,7 @@ class Pairing {
   Status renew();
   const std::string& code() const { return code_; }
 
-  /// A token if this is the code that is valid, in whatever case and grouping. Error: it is not, in words for people.
+  /// A token if this is the valid code, in any case and grouping. Error: it is not; the message is for users.
   Result<std::string> redeem(std::string_view typed);
   /// A token without a code, which uses up none. Error: no random numbers to be had.
   Result<std::string> admit();
@@ -59,7 +59,7 @@ class Pairing {
  private:
   struct Token {
     std::string text;
-    std::string code;  ///< with which it was earned; empty: without
+    std::string code;  ///< code that earned it; empty: without
     std::string reading_key;
   };
   Result<std::string> add_token(const std::string& code);

@@ -8,12 +8,12 @@ namespace steadyhand {
 
 /// When something happened on a client, by the session's clock.
 ///
-/// Of every message it is known when the client says it was sent, t, and when it arrived, a. The smallest a - t of the
-/// last seconds belongs to the message that was least delayed: clock offset plus the shortest way here. Half the
-/// shortest round trip, measured with pings, is taken for that way: offset = min(a - t) - min(round trip) / 2. Both
-/// minima are of two windows of kWindow that take turns, so drift and a client whose clock was set are forgotten after
-/// two windows. The result is never later than the arrival. Without pings the way here counts as zero: hands then seem
-/// younger than they are by the shortest delay. One thread.
+/// Each message has a time t, at which the client says it was sent, and an arrival time a. The smallest a - t of the
+/// last seconds belongs to the message with the least delay: clock offset plus the shortest way here. This way is taken
+/// as half the shortest round trip, measured with pings: offset = min(a - t) - min(round trip) / 2. Both minima are of
+/// two alternating windows of kWindow, so drift and a change of the client's clock are forgotten after two windows. The
+/// result is never later than the arrival. Without pings the way here counts as zero: hands then seem younger than they
+/// are by the shortest delay. One thread.
 class ClientClock {
  public:
   static constexpr Time kWindow = std::chrono::seconds(5);

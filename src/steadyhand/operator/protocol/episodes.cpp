@@ -41,7 +41,7 @@ bool Episodes::settle(const EpisodeOutcome& outcome, Time now) {
   using Kind = EpisodeMark::Kind;
   const Lock lock(mutex_);
   const auto settled = ends_.find(outcome.episode);
-  // If a change of mind is not recorded, what the recording says before it stays.
+  // If a later mark is not recorded, the earlier one in the recording holds.
   if (outcome.recorded ? outcome.kind == Kind::kBegin || outcome.kind == Kind::kMark : settled != ends_.end()) {
     return false;
   }

@@ -10,14 +10,14 @@
 
 namespace steadyhand {
 
-/// How the episodes of a session stand.
+/// State of a session's episodes.
 struct EpisodeView {
   bool running = false;
-  int number = 0;               ///< of the one that runs, or ran last; 0: there was none
-  double time = 0.0;            ///< s, that it has run
+  int number = 0;               ///< current or newest episode; 0: none yet
+  double time = 0.0;            ///< s, its duration so far
   int kept = 0, discarded = 0;  ///< in this session, and recorded
   int lost = 0;                 ///< in this session: not recorded to their end
-  std::optional<bool> success;  ///< what was said of it
+  std::optional<bool> success;  ///< as marked
 };
 template <typename V>
 void describe(V& v, EpisodeView& e) {
@@ -31,15 +31,15 @@ void describe(V& v, EpisodeView& e) {
   v.add("success", "", "null: not decided", e.success, kOrNull);
 }
 
-/// Numbers the episodes of a session and keeps order among what is said of them. Any thread.
+/// Numbers the episodes of a session and orders the marks of them. Any thread.
 class Episodes {
  public:
-  /// What is to be recorded of a wish, made whole: its number, and without a word on success what the task's end says.
-  /// Fails on an episode that begins within one, and where there is none that is kept, discarded or marked, or a lost
+  /// Completes a mark for the recording: adds the episode's number and, if the mark has no success, the task's result.
+  /// Fails on an episode that begins within another, if there is no episode to keep, discard or mark, and on a lost
   /// one; then nothing changes.
   /// @param mark its episode is not read. @param decided of the simulated task
   Result<EpisodeMark> take(EpisodeMark mark, std::optional<bool> decided);
-  /// Counts the episode, once it is known what the recording has of it.
+  /// Counts the episode, once the recorder has reported what it recorded.
   /// @return whether it is lost by this
   bool settle(const EpisodeOutcome& outcome, Time now);
   EpisodeView view(Time now) const;
@@ -51,7 +51,7 @@ class Episodes {
   mutable Mutex mutex_;
   EpisodeView view_;
   Time begin_{0};
-  std::map<int, End> ends_;  ///< of those that are settled
+  std::map<int, End> ends_;  ///< of settled episodes
 };
 
 }  // namespace steadyhand

@@ -14,36 +14,36 @@
 #include "steadyhand/operator/protocol/operator.hpp"
 #include "steadyhand/operator/protocol/policy_hand.hpp"
 
-/// What stands between a session and its clients: what they are told of it, and what it hears of them.
+/// Interface between a session and its clients: facts sent to them, and callbacks for their messages.
 namespace steadyhand {
 
-/// What a client is told once, when it connects.
+/// Sent to a client once, when it connects.
 struct ServerFacts {
   /// An objective, whose weight OperatorRequest::Kind::kWeight may set.
   struct Term {
-    std::string name, label, unit;  ///< unit: of a weight
-    int count = 1;                  ///< of its weights
-    double min = 0.0, max = 1.0;    ///< among which a page lets its operator choose
-    bool logarithmic = false;       ///< by factors from min on, and 0 below
+    std::string name, label, unit;  ///< unit: of its weights
+    int count = 1;                  ///< number of its weights
+    double min = 0.0, max = 1.0;    ///< range that a page offers
+    bool logarithmic = false;       ///< scale by factors from min on, and 0 below
     bool offered = true;            ///< to the operator
   };
   struct Profile {
     std::string name, label;
-    std::vector<double> weights;  ///< of each term the largest
+    std::vector<double> weights;  ///< for each term the largest
     int index = 0;                ///< in `profiles`
   };
   /// As the arm simulates it, m; radius and height are inside.
   struct Glass {
     double radius = 0.0, height = 0.0, fill = 0.0;
   };
-  /// What is to be done in a simulated scene.
+  /// Task of a simulated scene.
   struct Task {
     std::string name, instruction;
     double time_limit = 0.0;              ///< s
-    std::vector<std::string> conditions;  ///< in words, as TaskProgress::held has them
+    std::vector<std::string> conditions;  ///< texts, in the order of TaskProgress::held
     std::vector<std::string> things{};    ///< names of what it looks at, as OperatorView::scene has them
   };
-  std::string version;  ///< of the program
+  std::string version;  ///< version of the program
   std::string cell;     ///< JSON as cell_json() makes it
   std::string robot;    ///< JSON as `steadyhand describe` prints it
   Glass glass;
@@ -51,7 +51,7 @@ struct ServerFacts {
   std::vector<Profile> profiles;
   std::optional<Task> task;
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
-  std::vector<CameraInfo> cameras;      ///< that film, as VideoPacket::camera counts them
+  std::vector<CameraInfo> cameras;      ///< in the order of VideoPacket::camera
 };
 
 template <typename V>
@@ -109,33 +109,33 @@ void describe(V& v, ServerFacts& f) {
 /// A page that is made when it is asked for.
 struct FreshPage {
   std::string body;
-  std::string type;       ///< Content-Type
-  bool document = false;  ///< with scripts and styles of its own inside; shown without rights on this server
+  std::string type;                           ///< Content-Type
+  bool document = false;                      ///< contains its scripts and styles; shown without rights on this server
   std::shared_ptr<std::FILE> file = nullptr;  ///< its first `size` bytes are the page, in place of `body`
   std::uint64_t size = 0;
 };
 
-/// What the server tells the session; on_thread, on_pairing and on_fetch may be empty, the others not. All but `now`
+/// Calls from the server to the session; on_thread, on_pairing and on_fetch may be empty, the others not. All but `now`
 /// are called on the server's thread only, one at a time; none may block.
 struct ServerCallbacks {
   /// The session's clock. @pre monotonic
   std::function<Time()> now;
   /// Runs first on the server's thread, to set its priority; may be empty.
   std::function<void()> on_thread;
-  /// Ten times a second, as long as the server's thread goes on; may be empty.
+  /// Ten times a second while the server's thread runs; may be empty.
   std::function<void()> on_tick;
-  /// Something on the server's thread threw, where nothing should; it goes on. May be empty.
+  /// An unexpected exception on the server's thread; the thread continues. May be empty.
   std::function<void(const std::string& what)> on_failure;
-  /// The lease holder's hand. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both of the
-  /// session's clock. Finite, in order, at most 250 ms old; one that lets go later counts as of its arrival.
+  /// The hand of the client in control. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both
+  /// of the session's clock. Finite, in order, at most 250 ms old; an older one that releases counts from its arrival.
   std::function<void(const OperatorSample&)> on_sample;
-  /// A policy is there, or (none) it has gone. May be empty, as the next: then there are no policies here.
+  /// A policy has connected, or (none) disconnected. If this or the next is empty, there are no policies here.
   std::function<Status(std::optional<PolicyInfo>)> on_policy;
-  /// Where it wants the tool; of a state that is not older than 0.5 s.
+  /// The policy's target, made from a state that is at most 0.5 s old.
   std::function<void(const PolicyTarget&)> on_target;
-  /// kStop comes from any client, everything else from the lease holder. Who asked is told what could not be done.
+  /// kStop comes from any client, the rest from the client in control. An error is sent to the client that asked.
   std::function<Status(const OperatorRequest&)> on_request;
-  /// Another client commands from now on; 0: nobody does. The arm must disengage.
+  /// Another client has control from now on; 0: none has. The arm must disengage.
   std::function<void(std::uint64_t client)> on_lease;
   /// A code was used up: these addresses carry the next one. The loopback's comes first.
   std::function<void(const std::vector<std::string>& urls)> on_pairing;
@@ -143,8 +143,8 @@ struct ServerCallbacks {
   /// and from any thread, even after the server's end; an error is answered as 404 with its message.
   std::function<void(const std::string& path, std::function<void(Result<FreshPage>)> answer)> on_fetch;
   static constexpr int kMaxFetches = 8;       ///< answers on their way at a time
-  static constexpr int kMaxFetchesEach = 4;   ///< of these for one address
-  static constexpr int kReservedFetches = 2;  ///< more, for the client in control
+  static constexpr int kMaxFetchesEach = 4;   ///< the same, for one address
+  static constexpr int kReservedFetches = 2;  ///< in addition, for the client in control
 };
 
 }  // namespace steadyhand

@@ -26,7 +26,7 @@ std::uint64_t Hub::join(Outbox& outbox, const Address& address, Time now) {
   return id;
 }
 
-/// Paired clients stay, as many of each token as one person may have; everybody else is a guest.
+/// Clients with a role stay, and kEach paired clients of each token; all others are guests.
 bool Hub::make_room(const Address& newcomer, Time now) {
   if (clients_.size() < max_clients_) return true;
   constexpr int kEach = 8;
@@ -202,14 +202,14 @@ void Hub::handle(std::uint64_t id, Client& client, const PairMessage& message, T
   }
 }
 
-/// Who could read this program's memory needs no code; so none need be told to the browser that it opens.
+/// Programs of the same user could read this program's memory, so they need no code. Our browser gets none either.
 Result<std::string> Hub::admit(Client& client) {
   if (client.outbox->of_this_user()) return pairing_.admit();
   return Error{"only programs of the user who started steadyhand, on the same machine, pair without a code"};
 }
 
-/// A code cannot be guessed in any time; that a connection is slowed down after many wrong ones is only a courtesy to
-/// the others. Nobody is locked out: what comes from one machine may be a stranger's and the operator's.
+/// A code cannot be guessed in practice; slowing down a connection after many wrong ones only spares the others. No
+/// address is locked out: a stranger and the operator may share one machine.
 void Hub::pair(std::uint64_t id, Client& client, const std::string& code, Time now) {
   client.useful = now;
   if (client.token.empty()) {
@@ -234,7 +234,7 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
   Time hand = client.clock.to_session(t, now);
   const bool newer = !client.any_sample || (message.sequence > client.last_sequence && hand >= client.last_hand);
   const bool lets_go = !message.sample.clutch;
-  const bool late = now - hand > (lets_go ? kOldest / 2 : kOldest);  // what follows here drops old ones, too
+  const bool late = now - hand > (lets_go ? kOldest / 2 : kOldest);  // later stages drop old ones, too
   if (late && !lets_go) {
     complain(client, Refusal::kLate,
              fmt::format("a sample was {:.1f} s late and was dropped: the network stalls, or t_s uses another clock "
@@ -247,7 +247,7 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
       ++samples_dropped;
       return;
     }
-    hand = now;  // letting go counts whenever it is heard
+    hand = now;  // a late release counts from its arrival
   }
   if (!lets_go) last_grip_ = now;
   client.any_sample = true;
@@ -290,7 +290,7 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   }
 }
 
-/// Who could read this program's memory may lead a study, one at a time.
+/// Only programs of the same user, which could read this program's memory, may lead a study, one at a time.
 void Hub::handle(std::uint64_t id, Client& client, const StudyMessage& message, Time) {
   if (!client.outbox->of_this_user()) {
     return refuse(client, Refusal::kUnpaired,
@@ -310,7 +310,7 @@ void Hub::handle(std::uint64_t id, Client& client, const ReplyMessage& message, 
   send(leader->second, to_json(RepliedMessage{id, {message.content.text}}));
 }
 
-/// Whoever is paired may lead the arm, and so may its program; a person gives it its turn.
+/// Any paired client may command the arm, and so may its program; a person gives the program its turn.
 void Hub::handle(std::uint64_t id, Client& client, const PolicyMessage& message, Time) {
   if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
   if (!callbacks_.on_policy) return refuse(client, Refusal::kUnknown, "this session takes no policies");
@@ -336,7 +336,7 @@ void Hub::handle(std::uint64_t id, Client& client, const TargetMessage& message,
   callbacks_.on_target(message.target());
 }
 
-/// Cameras show people, and cost more than states: not for everybody who may watch.
+/// Cameras show people, and cost more than states: only for paired clients.
 void Hub::handle(std::uint64_t, Client& client, const WatchMessage& message, Time now) {
   using Watch = Client::Watch;
   if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
@@ -366,7 +366,7 @@ void Hub::tell_study(std::string content) {
   study_ = over ? std::string() : std::move(content);
 }
 
-/// Who drives is to know whether it was they. Not for each stop: as many as one likes are heard, from everybody.
+/// Operators must know whether they caused the stop. Not sent for each one: any client may send any number of stops.
 void Hub::tell_stop(std::uint64_t id, Time now) {
   constexpr Time kTellEvery = std::chrono::milliseconds(100);
   if (stop_told_ && now - *stop_told_ < kTellEvery) return;
@@ -376,8 +376,8 @@ void Hub::tell_stop(std::uint64_t id, Time now) {
   }
 }
 
-/// While a study is led, its leader chooses what is compared, but not under a hand that leads the arm; and ends a
-/// recording that plays.
+/// During a study, its leader sets the compared condition while no hand controls the arm, and may end a recording that
+/// plays.
 bool Hub::sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const {
   using Kind = OperatorRequest::Kind;
   if (study_leader_ == 0 || study_leader_ != id) return false;
@@ -399,7 +399,7 @@ void Hub::refuse(Client& client, Refusal refusal, std::string_view message) {
   send(client, to_json(ErrorMessage{refusal, message}));
 }
 
-/// For what may come with every message: said once a second.
+/// For errors that every message may cause: sent once a second.
 void Hub::complain(Client& client, Refusal refusal, std::string_view message, Time now) {
   if (client.complained && now - *client.complained < std::chrono::seconds(1)) {
     ++refused_messages;

@@ -24,8 +24,8 @@ class Outbox {
   virtual void send(std::shared_ptr<const std::string> message) = 0;
   /// The newest state; it replaces one that has not been sent yet. True if it did.
   virtual bool send_state(std::shared_ptr<const std::string> message) = 0;
-  /// A picture of a camera, when there is nothing else to send; a key picture replaces those of its camera that have
-  /// not been sent. False: the client is behind, or takes no pictures, and this one is dropped.
+  /// A camera frame, sent if nothing else waits; a key frame replaces the frames of its camera that have not been sent.
+  /// False: the client is behind, or takes no frames, and this one is dropped.
   virtual bool send_picture(std::shared_ptr<const std::string>, int /*camera*/, bool /*is_key*/) { return false; }
   /// After the messages that were sent before, but soon. Until the socket is closed, messages of the client still reach
   /// the hub: stops count.
@@ -34,18 +34,18 @@ class Outbox {
   virtual bool of_this_user() = 0;
 };
 
-/// Who is connected, who is paired, who commands, and what their messages mean; knows no sockets. All on one thread.
+/// The connected and paired clients, the one in control, and the meaning of messages; knows no sockets. One thread.
 ///
-/// Lease: a paired client takes it when nobody has it, or from another connection with the same token. It ends when it
-/// is given back, when its connection ends, or after kLeaseSilence without a message. Others may ask for it: the holder
-/// answers, or they get it once nothing has led the arm for kAskTimeout.
+/// Control (the lease): a paired client takes it when no client has it, or from another connection with the same token.
+/// It ends when it is given back, when its connection ends, or after kLeaseSilence without a message. Others may ask
+/// for it: the holder answers, or they get it once the arm was not engaged for kAskTimeout.
 class Hub {
  public:
   static constexpr Time kLeaseSilence = std::chrono::seconds(3);
   static constexpr Time kAskTimeout = std::chrono::seconds(10);
-  /// A sample that is older than this when it arrives is dropped, unless it lets go.
+  /// A sample that is older than this when it arrives is dropped, unless it releases the arm.
   static constexpr Time kOldest = std::chrono::milliseconds(250);
-  /// A policy's target that was made of an older state is dropped.
+  /// A policy's target that was made from an older state is dropped.
   static constexpr Time kOldestObservation = std::chrono::milliseconds(500);
   static constexpr int kMaxStrikes = 20;  ///< malformed messages that a client may send before it is closed
   static constexpr int kFreeCodes = 10;   ///< wrong codes of a connection before each has to wait for kCodeDelay
@@ -56,28 +56,29 @@ class Hub {
   /// Error: no random numbers to be had.
   Status prepare() { return pairing_.renew(); }
 
-  /// A client's number, or 0 if every place is kept; otherwise somebody else may have to leave for it. The outbox must
+  /// A client's number, or 0 if every place is kept; otherwise another client may have to leave for it. The outbox must
   /// live until leave().
   std::uint64_t join(Outbox& outbox, const Address& address, Time now);
   void leave(std::uint64_t client, Time now);
-  /// Any bytes at all; a client that was sent away is heard if it asks for a stop.
+  /// Any bytes; a stop counts even from a client that was sent away.
   void receive(std::uint64_t client, std::string_view text, Time now);
   /// A frame that is no message, such as a ping of the transport: it counts, too.
   void receive_frame(std::uint64_t client, Time now);
-  /// What time brings: the lease of a client that fell silent ends, who asked gets it. Several times a second.
+  /// Timeouts: control of a client that stopped sending ends, and the one that asked gets it. Call several times a
+  /// second.
   void tick(Time now);
   void broadcast_state(const OperatorView& view);
-  /// To who watches its camera. Who is behind gets none before the next key picture.
+  /// To the clients that watch this camera. A client that is behind gets none before the next key frame.
   void broadcast_picture(int camera, bool is_key, const std::shared_ptr<const std::string>& message);
   /// Closes every connection. @return how many there were
   std::size_t say_farewell();
-  /// Forgets every client without a word or a callback.
+  /// Forgets every client without a message or a callback.
   void shut_down();
 
   /// A client that may read recordings.
   struct Reader {
-    std::string key;          ///< what its browser may show instead of its token: Pairing::reading_key
-    bool in_control = false;  ///< it holds the lease
+    std::string key;          ///< sent by its browser instead of its token: Pairing::reading_key
+    bool in_control = false;  ///< it has control
   };
   /// @param secret a token or its reading key. None: it is not known
   std::optional<Reader> reader(std::string_view secret) const;
@@ -100,7 +101,7 @@ class Hub {
     Time last_message{0};
     ClientClock clock;
     std::uint64_t last_sequence = 0;
-    Time last_hand{0};  ///< of the newest sample that was handed on
+    Time last_hand{0};  ///< hand time of the newest forwarded sample
     bool any_sample = false;
     int strikes = 0;
     double allowance = 0.0;  ///< messages that it may send at once
@@ -108,10 +109,10 @@ class Hub {
     int excess = 0;  ///< messages above the allowance without a pause
     std::optional<Time> complained;
     int wrong_codes = 0;
-    Time next_code{0};                ///< no code of it is looked at before
-    std::optional<std::string> code;  ///< that waits for this
+    Time next_code{0};                ///< no code of it is checked before
+    std::optional<std::string> code;  ///< waits for next_code
     enum class Watch : std::uint8_t { kNot, kFromKey, kAll };
-    std::vector<Watch> watches;  ///< of each camera; empty: none
+    std::vector<Watch> watches;  ///< for each camera; empty: none
     Time ask_after{0};           ///< the holder refused it: until then it need not ask again
   };
 
@@ -152,8 +153,8 @@ class Hub {
   void send(Client& client, std::string message);
 
   const ServerFacts& facts_;
-  std::shared_ptr<const std::string> cell_;  ///< the newest that clients know; null: that of the facts
-  std::shared_ptr<const std::vector<std::string>> cameras_ended_;  ///< the newest that clients know
+  std::shared_ptr<const std::string> cell_;  ///< the newest sent to clients; null: that of the facts
+  std::shared_ptr<const std::vector<std::string>> cameras_ended_;  ///< the newest sent to clients
   const ServerCallbacks& callbacks_;
   double max_rate_hz_;
   std::size_t max_clients_;
@@ -161,14 +162,14 @@ class Hub {
   std::map<std::uint64_t, Client> clients_;
   std::uint64_t last_id_ = 0;
   std::uint64_t holder_ = 0;
-  std::uint64_t asker_ = 0;         ///< 0: nobody asks for the lease
+  std::uint64_t asker_ = 0;         ///< client that asks for control; 0: none
   std::uint64_t policy_ = 0;        ///< the client that is a policy; 0: none
   std::uint64_t study_leader_ = 0;  ///< 0: there is no study
   std::string study_;               ///< what its pages show; empty: nothing
-  std::optional<Time> idle_since_;  ///< while somebody asks: since when nothing has led the arm; none: something does
-  std::optional<Time> stop_told_;   ///< when everybody was told last who asked for a stop
-  bool arm_led_ = false;            ///< as the newest state says
-  Time last_grip_ = Time::min();    ///< when the holder's closed clutch was last heard
+  std::optional<Time> idle_since_;  ///< while a client asks: since when the arm is not engaged; none: it is
+  std::optional<Time> stop_told_;   ///< when a stop was last reported to all clients
+  bool arm_led_ = false;            ///< the newest state has the arm controlled
+  Time last_grip_ = Time::min();    ///< when the holder's closed clutch last arrived
 };
 
 }  // namespace steadyhand

@@ -1,4 +1,4 @@
-// Who commands: the part of the hub that gives, takes and passes on the lease.
+// Control: the part of the hub that gives, takes and passes on the lease.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ void Hub::handle(std::uint64_t id, Client& client, const AskMessage&, Time now) 
   if (!takes(id, client, now)) ask(id, client, now);
 }
 
-/// Whether nothing more is to be done: it has the lease now, or was refused.
+/// True if nothing more is to be done: the client has control now, or was refused.
 bool Hub::takes(std::uint64_t id, Client& client, Time now) {
   if (client.token.empty()) {
     refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
@@ -38,7 +38,7 @@ bool Hub::takes(std::uint64_t id, Client& client, Time now) {
 void Hub::handle(std::uint64_t id, Client& client, const AnswerMessage& message, Time now) {
   if (holder_ != id) return refuse(client, Refusal::kNoLease, "only the client that has control may pass it on");
   const auto asker = clients_.find(asker_);
-  if (asker == clients_.end()) return;  // has thought better of it meanwhile
+  if (asker == clients_.end()) return;  // it no longer asks
   if (message.grant) return give_lease(asker_, now);
   asker->second.ask_after = now + kAskTimeout;
   refuse(asker->second, Refusal::kTaken, "the other operator keeps control");
@@ -64,7 +64,7 @@ void Hub::ask(std::uint64_t id, Client& client, Time now) {
   tell_lease(now);
 }
 
-/// Whether a hand or a recording leads the arm.
+/// Whether a hand or a recording controls the arm.
 bool Hub::led(Time now) const { return arm_led_ || now - kOldest < last_grip_; }
 
 void Hub::end_asking(Time now) {
@@ -72,7 +72,7 @@ void Hub::end_asking(Time now) {
   tell_lease(now);
 }
 
-/// The arm goes to who asked once it has been at rest for long enough; a hand that leads it is not taken away.
+/// Gives control to the client that asked once the arm is idle for long enough. An engaged arm is not taken away.
 void Hub::watch_asking(Time now) {
   if (asker_ == 0) return;
   const bool idle = !led(now);

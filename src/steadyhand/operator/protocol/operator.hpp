@@ -14,13 +14,13 @@
 #include "steadyhand/operator/protocol/requests.hpp"
 #include "steadyhand/session/live/describe_snapshot.hpp"
 
-/// What an operator's page and the program tell each other, see docs/reference/protocol.md.
+/// Data that an operator's page and the program exchange, see docs/reference/protocol.md.
 namespace steadyhand {
 
-/// What the operator has chosen.
+/// The operator's choices.
 struct SessionControls {
   int profile = 0;                               ///< index into the profiles that the server was started with
-  std::array<double, kMaxObjectives> weights{};  ///< of each objective the largest
+  std::array<double, kMaxObjectives> weights{};  ///< for each objective the largest
   int objectives = 0;                            ///< entries of weights in use
   double scale = 0.5;                            ///< metres of the tool for each metre of the hand
   double yaw = 0.0;                              ///< turn of the operator's axes about base z, rad
@@ -29,8 +29,8 @@ struct SessionControls {
   bool no_spill = false;                         ///< plans spill nothing
   double latency = 0.0;                          ///< s, added on purpose between the hand's gate and the planner
   int playback = -1;                             ///< index of the built-in recording that plays the hand; -1: none
-  std::string policy = {};                       ///< name of the one that is connected; empty: none
-  bool policy_turn = false;                      ///< it leads the arm wherever no person does
+  std::string policy = {};                       ///< name of the connected policy; empty: none
+  bool policy_turn = false;                      ///< the policy commands the arm while no person does
 };
 
 template <typename V>
@@ -50,7 +50,7 @@ void describe(V& v, SessionControls& c) {
   v.add("latency", "s", "added on purpose between the hand's gate and the planner", c.latency, at_least(0.0));
 }
 
-/// How the task of a simulated scene goes, and where what it looks at is.
+/// Progress of a simulated scene's task, and where its things are.
 struct TaskView {
   TaskProgress progress;
   std::span<const ThingState> things;
@@ -75,11 +75,11 @@ struct OperatorView : SessionSnapshot {
   static constexpr std::string_view kType = "state";
   SessionControls controls;
   bool recording = false;
-  std::optional<TaskProgress> task;  ///< of the simulated scene; none: there is no task
-  SceneState scene;                  ///< of that task; no things: not known
+  std::optional<TaskProgress> task;  ///< task of the simulated scene; none: no task
+  SceneState scene;                  ///< scene of that task; no things: not known
   EpisodeView episode;
-  std::shared_ptr<const std::string> cell;  ///< what stands around the arm, as ServerFacts::cell; null: as that
-  /// Of each of ServerFacts::cameras why no more pictures come, empty: they do; null: of all of them they do.
+  std::shared_ptr<const std::string> cell;  ///< obstacles, as ServerFacts::cell; null: as that
+  /// For each of ServerFacts::cameras why no more frames come; empty: they do. Null: all cameras send frames.
   std::shared_ptr<const std::vector<std::string>> cameras_ended;
 };
 template <typename V>

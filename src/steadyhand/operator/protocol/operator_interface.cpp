@@ -16,9 +16,9 @@ namespace steadyhand {
 namespace {
 
 constexpr std::uint64_t kCellOfTheBegin = 1;
-constexpr Time kServerSilence = std::chrono::seconds(1);       ///< after which nobody could stop a recorded hand
-constexpr Time kWatched = std::chrono::milliseconds(250);      ///< between two looks at whether the arm follows it
-constexpr Time kHeardWithin = std::chrono::milliseconds(500);  ///< in which its grip is answered
+constexpr Time kServerSilence = std::chrono::seconds(1);       ///< no client could stop a playback after it
+constexpr Time kWatched = std::chrono::milliseconds(250);      ///< between two checks that the arm follows it
+constexpr Time kHeardWithin = std::chrono::milliseconds(500);  ///< time for the arm to engage
 
 template <typename List, typename NameOf>
 Result<int> find_name(const List& list, const std::string& name, const char* what, const NameOf& name_of) {
@@ -157,13 +157,13 @@ Status OperatorInterface::set_profile(const std::string& name) {
   return Done{};
 }
 
-/// Who may pour is not kept from it.
+/// False for a tilt limit that permits pouring.
 bool OperatorInterface::spares_liquid(int profile, double tilt) const {
   constexpr double kPours = M_PI - 1e-3;
   return profiles_[profile].ocp.liquid && tilt < kPours;
 }
 
-/// The object comes, moves or goes.
+/// Adds, moves or removes the object.
 Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
   const auto change = [&](Cell cell) -> Result<Cell> {
     if (!request.object) return without(std::move(cell), request.text);
@@ -183,7 +183,7 @@ Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
   return session_->change_cell(change, now);
 }
 
-/// The weights of one term keep their ratios: a slider touched does not flatten [1, 1, 3].
+/// The weights of one term keep their ratios: moving a slider does not flatten [1, 1, 3].
 Status OperatorInterface::set_weight(const std::string& name, double value) {
   const auto& objectives = session_->ocp().objectives();
   const Result<int> index =
@@ -216,13 +216,13 @@ Status OperatorInterface::play(const std::string& name, Time now) {
   return Done{};
 }
 
-/// As it is commanded; none before the arm has said where it is.
+/// The tool's commanded pose; none before the arm has reported its position.
 std::optional<Pose> OperatorInterface::tool(Time now) const {
   const Result<Kinematics> arm = session_->arm_at(now);
   return arm ? std::optional(Pose{arm->p(), Quaternion(arm->R())}) : std::nullopt;
 }
 
-/// What the hand of a recording has to do before it, so that it begins with the tool where the session began.
+/// Motion of a recorded hand before the recording, so that it begins with the tool where the session began.
 std::vector<Pose> OperatorInterface::way_home(const Recording& recording, Time now) const {
   const std::optional<Pose> from = tool(now);
   if (!from || !X_base_home_) return {};
@@ -239,7 +239,7 @@ std::vector<Pose> OperatorInterface::way_home(const Recording& recording, Time n
   return way;
 }
 
-/// Hands what the operator chose to the planner.
+/// Sends the operator's choices to the planner.
 void OperatorInterface::send() {
   OperatorSettings settings;
   settings.objectives = static_cast<int>(weights_.size());
@@ -269,8 +269,8 @@ void OperatorInterface::hand(const OperatorSample& sample) {
   session_->feed(sample);
 }
 
-/// A grip takes over, and its release hands back. What led until then lets go, and who leads from then on is seen to
-/// grip: that begins from where the arm is.
+/// Engaging takes over, and releasing hands back. The previous source releases, and the next one closes a clutch that
+/// was seen open: its motion begins from where the arm is.
 void OperatorInterface::hand_in_turn(const OperatorSample& sample) {
   if (!sample.clutch) {
     may_take_over_ = true;
@@ -310,7 +310,7 @@ Status OperatorInterface::give_turn(bool turn, Time now) {
   return Done{};
 }
 
-/// A person who leads now lets go, too: whoever ended it wanted the arm to rest.
+/// Releases a person's hand, too: a turn that ends must stop the arm.
 void OperatorInterface::end_turn() {
   controls_.policy_turn = takes_over_ = false;
   session_->release_hand();
@@ -355,7 +355,7 @@ void OperatorInterface::note_server_alive(Time now) {
   server_alive_ = now;
 }
 
-/// A busy machine may let a recorded hand fall silent, and nobody would grip anew before its next round.
+/// On a busy machine a recorded hand may time out. Without this it would not engage again before its next round.
 void OperatorInterface::watch_playback(Time now) {
   if (!playback_ || now < watched_ + kWatched) return;
   watched_ = now;

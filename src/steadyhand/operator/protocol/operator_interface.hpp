@@ -19,37 +19,38 @@ struct NamedRecording {
   Recording recording;
 };
 
-/// Carries out what operators ask of a live session beside moving it, and lets recorded hands play and a policy lead.
-/// Its calls come from any thread; none waits for more than another call.
+/// Carries out the operators' requests to a live session other than moving it, plays recorded hands, and gives a policy
+/// its turn. Its calls come from any thread; none waits for more than another call.
 ///
-/// A recorded hand has no fingers that let go, so somebody must stand for it: it ends when the hands change (the lease
-/// of who began it ends, or, begun at the terminal, somebody takes the first lease), when the arm is halted, and when
-/// the server falls silent, through which a stop would come. Only a request begins it again. It leads the tool to where
-/// that was when the session began, and moves from there: elsewhere its motion might be out of reach.
+/// A recorded hand cannot release by itself, so an operator must be responsible for it. It ends when the hands change:
+/// the client that started it loses control or, if it was started at the terminal, a client takes control. It also ends
+/// when the arm is halted, and when the server times out, through which a stop would come. Only a request starts it
+/// again. It first moves the tool to where it was when the session began: elsewhere the recorded motion might be out of
+/// reach.
 ///
-/// A policy has its turn from a person's request on, under the same conditions. Within it a person who grips leads the
-/// arm from where it is, and once that hand lets go the policy goes on; both begin by a grip of their own, so that
+/// A policy's turn starts with a person's request, under the same conditions. During the turn a person who engages
+/// controls the arm from where it is; once that hand releases, the policy continues. Both engage again first, so that
 /// nothing steps. A hand that was closed before the turn began has to open first.
 class OperatorInterface {
  public:
-  /// The session must outlive it. @param profile index of the profile that the session began with
+  /// The session must outlive it. @param profile index of the session's first profile
   OperatorInterface(Session& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
                     const GlassSettings& glass, std::vector<NamedRecording> recordings);
 
-  /// Who begins and ends recordings when the operator asks for it; until then that is refused.
+  /// Starts and ends recordings when the operator asks for it; without it such requests are refused.
   void on_record(std::function<void(bool)> call);
   /// Done, or why the request cannot be obeyed; then nothing changes.
   Status apply(const OperatorRequest& request, Time now);
-  /// The operator's own hand. Gripping ends a recording that plays; the next grip moves the arm. In a policy's turn a
-  /// grip leads at once.
+  /// The operator's hand. Engaging ends a recording that plays; the next clutch press moves the arm. In a policy's turn
+  /// the press moves it at once.
   void hand(const OperatorSample& sample);
-  /// Another hand from here on: the arm disengages, a recording that plays ends, and so does a policy's turn.
+  /// The hand changes: the arm disengages, and a recording that plays or a policy's turn ends.
   void change_hands();
-  /// A policy is there from now on, or (none) it has gone, with its turn. Fails on a period out of range.
+  /// A policy has connected, or (none) disconnected, which ends its turn. Fails on a period out of range.
   Status connect(std::optional<PolicyInfo> policy);
-  /// Where that wants the tool.
+  /// The policy's target for the tool.
   void target(const PolicyTarget& target, Time now);
-  /// The server's thread lives. Several times a second, from the first call on.
+  /// The server's thread is alive. Several times a second, from the first call on.
   void note_server_alive(Time now);
   /// Feeds what the recording that plays has for this time. Call every few milliseconds, and when the next sample is
   /// due.
@@ -57,7 +58,7 @@ class OperatorInterface {
   Time poll(Time now);
 
   SessionControls controls() const;
-  /// What stands around the arm, as JSON; null until somebody has changed it. Another pointer is another cell.
+  /// The obstacles as JSON; null until they have changed. A new pointer means that they changed again.
   std::shared_ptr<const std::string> cell();
 
  private:
@@ -78,23 +79,23 @@ class OperatorInterface {
   mutable Mutex mutex_;
   Session* session_;
   std::vector<Profile> profiles_;
-  std::vector<int> planners_;  ///< of each, as OperatorSettings::planner
+  std::vector<int> planners_;  ///< for each profile OperatorSettings::planner
   RetargetSettings retarget_;  ///< at first: controls_ has scale and yaw
   GlassSettings glass_;
   std::vector<NamedRecording> recordings_;
   std::vector<JointVector> weights_;          ///< by index of Ocp::objectives()
-  std::vector<JointVector> profile_weights_;  ///< the same as the profile has them
+  std::vector<JointVector> profile_weights_;  ///< the same, from the profile
   SessionControls controls_;
   std::shared_ptr<const std::string> cell_json_;
-  std::uint64_t cell_version_ = 0;  ///< Session::CellSet::version that it is of
+  std::uint64_t cell_version_ = 0;  ///< Session::CellSet::version of cell_json_
   std::optional<Playback> playback_;
-  std::optional<Pose> X_base_home_;  ///< of the tool, when the session began
+  std::optional<Pose> X_base_home_;  ///< the tool's pose when the session began
   Time watched_{0};
   std::uint64_t halts_ = 0;  ///< Session::halts when it or the policy's turn began
   std::optional<PolicyHand> policy_;
   std::optional<Time> gripped_;  ///< when the operator's hand was closed last
   bool may_take_over_ = false;   ///< in the policy's turn the operator's hand was open
-  bool takes_over_ = false;      ///< and leads now
+  bool takes_over_ = false;      ///< it controls the arm now
   std::optional<Time> server_alive_;
   std::function<void(bool)> on_record_;
 };

@@ -26,7 +26,7 @@ bool is_stop(const Json& json) {
   return is("type", RequestMessage::kType.data()) && is("kind", "stop");
 }
 
-/// What else another version says cannot be known.
+/// Other members of another version's message are not known.
 std::optional<HelloMessage> of_another_version(const Json& json) {
   const auto version = json.find("version");
   if (version == json.end() || !version->is_number_unsigned() || *version > 1'000'000) return std::nullopt;
@@ -113,7 +113,7 @@ std::string picture_message(const VideoPacket& packet) {
   const auto camera = static_cast<std::uint16_t>(packet.camera);
   const double exposed = to_seconds(packet.stamp.hand);
   std::string message(kHead, '\0');
-  message[0] = 1;  // what follows is a picture
+  message[0] = 1;  // type: a frame follows
   message[1] = packet.is_key ? 1 : 0;
   std::memcpy(&message[2], &camera, sizeof(camera));
   std::memcpy(&message[8], &exposed, sizeof(exposed));

@@ -18,7 +18,7 @@
 /// JSON, read and written, web/protocol/schema.json (and from it the tables of that page) and web/src/protocol.ts.
 namespace steadyhand {
 
-/// Of docs/reference/protocol.md. A client of another version is refused.
+/// Version of docs/reference/protocol.md. A client of another version is refused.
 constexpr int kProtocolVersion = 2;
 /// Bytes of the longest message that a client may send.
 constexpr std::size_t kMaxClientMessage = 2048;
@@ -27,7 +27,7 @@ constexpr std::size_t kMaxClientMessage = 2048;
 struct HelloMessage {
   static constexpr std::string_view kType = "hello";
   int version = 0;
-  std::string token;  ///< of an earlier `paired`; empty: has none
+  std::string token;  ///< from an earlier `paired`; empty: none
 };
 template <typename V>
 void describe(V& v, HelloMessage& m) {
@@ -62,7 +62,7 @@ void describe(V& v, ReleaseMessage&) {
   v.type("ReleaseMessage", "releases control; also withdraws an `ask`");
 }
 
-/// Asks the lease's holder for it.
+/// Asks the client in control for control.
 struct AskMessage {
   static constexpr std::string_view kType = "ask";
 };
@@ -73,7 +73,7 @@ void describe(V& v, AskMessage&) {
          "`taken` (another client asks already, or this one was refused just now)");
 }
 
-/// Of the holder to who asks for the lease.
+/// From the client in control to the client that asks for it.
 struct AnswerMessage {
   static constexpr std::string_view kType = "answer";
   bool grant = false;
@@ -115,10 +115,10 @@ void describe(V& v, RequestMessage& m) {
   describe(v, m.request);
 }
 
-/// What the program that leads a user study has pages show; back to clients, too.
+/// Content that a user study's program shows on pages; back to clients, too.
 struct StudyMessage {
   static constexpr std::string_view kType = "study";
-  RawJson<> content;  ///< that only pages read; "null": the study is over
+  RawJson<> content;  ///< read by pages only; "null": the study is over
 };
 template <typename V>
 void describe(V& v, StudyMessage& m) {
@@ -128,7 +128,7 @@ void describe(V& v, StudyMessage& m) {
   v.add("content", "", "", m.content, known_as("StudyContent").or_null());
 }
 
-/// What a participant answers, for that program.
+/// A participant's answer to that program.
 struct ReplyMessage {
   static constexpr std::string_view kType = "reply";
   RawJson<> content;
@@ -139,7 +139,7 @@ void describe(V& v, ReplyMessage& m) {
   v.add("content", "", "", m.content, known_as("StudyReply"));
 }
 
-/// The client is a policy: it says where the tool is to be, whenever it has its turn.
+/// The client is a policy: it sends targets for the tool when it has its turn.
 struct PolicyMessage {
   static constexpr std::string_view kType = "policy";
   PolicyInfo policy;
@@ -155,12 +155,12 @@ void describe(V& v, PolicyMessage& m) {
 
 struct TargetMessage {
   static constexpr std::string_view kType = "target";
-  double of = 0.0;  ///< s, `now_s` of the state that it was made of
+  double of = 0.0;  ///< s, `now_s` of the state that it was made from
   std::optional<Vector3> p;
   std::optional<Quaternion> q;
   std::optional<double> gripper;
 
-  /// Numbers that are none where the policy has none.
+  /// NaN where the policy sends no number.
   PolicyTarget target() const;
 };
 template <typename V>
@@ -175,7 +175,7 @@ void describe(V& v, TargetMessage& m) {
   v.check(m.p.has_value() == m.q.has_value(), "'q' must be null where 'p' is, and only there");
 }
 
-/// Of which cameras the client wants to see pictures from now on.
+/// The cameras whose frames the client wants from now on.
 struct WatchMessage {
   static constexpr std::string_view kType = "watch";
   std::vector<std::string> cameras;
@@ -207,7 +207,7 @@ using ClientMessage =
                  RequestMessage, StudyMessage, ReplyMessage, PolicyMessage, TargetMessage, WatchMessage, PingMessage>;
 
 /// Errors: not JSON, an unknown type, a member that is missing, unknown, of the wrong kind, not finite or out of range.
-/// The message names it. Never throws, whatever the bytes.
+/// The message names it. Never throws, for any bytes.
 Result<ClientMessage> parse_client_message(std::string_view text);
 
 /// Why a client's message was not obeyed.
@@ -254,7 +254,7 @@ void describe(V& v, CamerasMessage& m) {
   v.add("ended", "", "for each camera why no more pictures come, `\"\"`: they do", m.ended);
 }
 
-/// To who leads the study.
+/// To the study's leader.
 struct RepliedMessage {
   static constexpr std::string_view kType = ReplyMessage::kType;
   std::uint64_t client = 0;
@@ -277,14 +277,14 @@ void describe(V& v, PairedMessage& m) {
   v.add("token", "", "for `hello` after a reconnection", m.token);
 }
 
-/// The lease as one client sees it.
+/// Control as one client sees it.
 struct LeaseMessage {
   static constexpr std::string_view kType = "lease";
-  std::uint64_t holder = 0;  ///< 0: nobody
+  std::uint64_t holder = 0;  ///< client in control; 0: none
   bool yours = false;
   bool takeable = false;    ///< `take` would give it to this client
-  std::uint64_t asker = 0;  ///< 0: nobody asks for it
-  /// Until the asker gets it, if nothing leads the arm; none: nobody asks, or something does.
+  std::uint64_t asker = 0;  ///< client that asks for it; 0: none
+  /// Time until the asker gets it if the arm stays idle; none: no client asks, or the arm is engaged.
   std::optional<Time> left;
 };
 template <typename V>
@@ -299,7 +299,7 @@ void describe(V& v, LeaseMessage& m) {
         at_least(0.0).or_null().formatted("{:.2f}"));
 }
 
-/// To everybody: this client asked for a stop.
+/// To every client: this client asked for a stop.
 struct StoppedMessage {
   static constexpr std::string_view kType = "stopped";
   std::uint64_t client = 0;
@@ -334,7 +334,7 @@ void describe(V& v, ErrorMessage& m) {
   v.add("message", "", "for people: show it", m.message);
 }
 
-/// What the server says: these, and pictures.
+/// The server's messages, except camera frames.
 using ServerMessage =
     std::variant<WelcomeMessage, OperatorView, CellMessage, CamerasMessage, StudyMessage, RepliedMessage, PairedMessage,
                  LeaseMessage, StoppedMessage, PongMessage, ErrorMessage>;
@@ -351,7 +351,7 @@ std::string to_json(const Message& message) {
   return out;
 }
 
-/// A picture for who watches its camera: not JSON, see docs/reference/protocol.md.
+/// A camera frame for the clients that watch it: not JSON, see docs/reference/protocol.md.
 std::string picture_message(const VideoPacket& packet);
 
 }  // namespace steadyhand

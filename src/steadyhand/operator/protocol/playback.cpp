@@ -20,7 +20,7 @@ std::vector<Pose> way_around_base(const Pose& from, const Pose& to) {
   const double r0 = from.p.head<2>().norm(), r1 = to.p.head<2>().norm();
   const double angle0 = std::atan2(from.p.y(), from.p.x());
   const double around = std::remainder(std::atan2(to.p.y(), to.p.x()) - angle0, 2.0 * M_PI);
-  const bool straight = std::min(r0, r1) < kNearAxis;  // there an angle says nothing
+  const bool straight = std::min(r0, r1) < kNearAxis;  // the angle means nothing there
   const double length =
       straight ? (to.p - from.p).norm() : std::hypot(r1 - r0, to.p.z() - from.p.z(), std::max(r0, r1) * around);
   const double duration =
@@ -41,7 +41,7 @@ void Playback::grip_anew(Time now) {
   const Time next = due();
   opens_until_ = now + kOpen;
   waits_until_ = opens_until_ + kWait;
-  start_ += waits_until_ + kPeriod - next;  // what would have come next comes then
+  start_ += waits_until_ + kPeriod - next;  // the next sample comes then
   emitted_ = now;
   closed_ = false;
 }
@@ -84,7 +84,7 @@ bool Playback::next(Time now, OperatorSample& sample) {
   return true;
 }
 
-/// The hand stays where it was, opens, and closes again.
+/// The hand stays where it is, opens, and closes again.
 bool Playback::hold(Time due, OperatorSample& sample) {
   sample = recording_->samples.front();
   sample.X_operator_hand = last_;

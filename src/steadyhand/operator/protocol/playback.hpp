@@ -7,12 +7,12 @@
 
 namespace steadyhand {
 
-/// Plays a recording as a live hand, over and over: grips, waits until the clutch's ramp is over, moves as recorded,
-/// goes back to where it began, and lets go. So the arm ends each round where it began it. Where the grip was lost it
-/// waits, grips anew and goes on. Allocates nothing.
+/// Plays a recording as a live hand in a loop: engages, waits until the clutch's ramp is over, moves as recorded, goes
+/// back to where it began, and releases. The arm ends each round where it began it. If the arm has disengaged, it
+/// waits, engages again and continues. Allocates nothing.
 class Playback {
  public:
-  static constexpr Time kPeriod = std::chrono::milliseconds(11);  ///< of samples that are not of the recording
+  static constexpr Time kPeriod = std::chrono::milliseconds(11);  ///< between samples that are not from the recording
 
   /// The recording must outlive it. @param start of the first round, session's clock @param way poses of the hand, a
   /// kPeriod apart, that it goes through in the first round before it moves as recorded; the last one is the
@@ -27,7 +27,7 @@ class Playback {
   std::uint64_t rounds() const { return rounds_; }
   /// For how long the hand has been closed without a break; 0: it is open.
   Time closed_for(Time now) const { return closed_ ? now - closed_since_ : Time(0); }
-  /// Lets go and grips where it is now, and leads on from there.
+  /// Releases, engages where it is now, and continues from there.
   void grip_anew(Time now);
 
  private:
@@ -46,19 +46,19 @@ class Playback {
 
   const Recording* recording_;
   std::vector<Pose> way_;
-  Time start_;    ///< of this round
+  Time start_;    ///< start of this round
   Time emitted_;  ///< stamp of the last sample
   std::size_t next_sample_ = 0;
   std::uint64_t rounds_ = 0;
-  Pose last_;            ///< of the last sample
-  bool closed_ = false;  ///< in it
+  Pose last_;            ///< pose in the last sample
+  bool closed_ = false;  ///< clutch in the last sample
   Time closed_since_{0};
-  Time opens_until_{0}, waits_until_{0};  ///< of a grip that is made anew
+  Time opens_until_{0}, waits_until_{0};  ///< while it engages again
 };
 
 /// Poses of the tool, Playback::kPeriod apart, from one to another: around the base's z axis, where an arm has room,
-/// with least jerk and at no more than about kWaySpeed and kWayTurnRate. Empty where both are the same but
-/// for 5 mm and a degree.
+/// with least jerk and at no more than about kWaySpeed and kWayTurnRate. Empty if both are the same within 5 mm and a
+/// degree.
 std::vector<Pose> way_around_base(const Pose& X_base_from, const Pose& X_base_to);
 
 inline constexpr double kWaySpeed = 0.4;     ///< m/s

@@ -31,7 +31,7 @@ Pose PolicyHand::at(Time t) const {
 
 bool PolicyHand::next(Time now, OperatorSample& sample) {
   if (due_ > now) return false;
-  const Time t = std::max(due_, now - kPeriod);  // nothing is caught up with
+  const Time t = std::max(due_, now - kPeriod);  // missed samples are skipped
   due_ = t + kPeriod;
   sample = {};
   sample.stamp = {t, t};
@@ -42,7 +42,7 @@ bool PolicyHand::next(Time now, OperatorSample& sample) {
     sample.gripper = target_.gripper;
   }
   sample.clutch = !open_;
-  if (sample.tracked) open_ = false;  // the next one grips
+  if (sample.tracked) open_ = false;  // the next one closes the clutch
   return true;
 }
 

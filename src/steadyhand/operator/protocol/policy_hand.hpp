@@ -7,21 +7,21 @@
 
 namespace steadyhand {
 
-/// A program that says where the tool is to be.
+/// A program that commands where the tool is to be.
 struct PolicyInfo {
   std::string name;
   double period = 0.05;  ///< s, from one of its targets to the next
 };
 
-/// What a policy wants; numbers that are none are handed on, and the hand's gate refuses them.
+/// A policy's target; NaN is passed on, and the hand's gate refuses it.
 struct PolicyTarget {
   Pose X_base_tool;
   std::optional<double> gripper;  ///< 0 open to 1 closed; absent: as it is
 };
 
-/// A policy's targets, which come at its own pace, as the samples of a live hand, 100 a second. A target is where the
-/// tool is to be when the next one is due: samples go there along a line within a period, and stay. Where none comes
-/// for kPatience, or three periods, samples say that there is no pose now. One thread at a time; allocates nothing
+/// Turns a policy's targets, which come at the policy's pace, into samples of a live hand, 100 a second. A target is
+/// where the tool is to be when the next one is due: samples go there along a line within a period, and stay. If none
+/// comes for kPatience, or three periods, samples report that there is no pose. One thread at a time; allocates nothing
 /// after it was made.
 class PolicyHand {
  public:
@@ -31,12 +31,12 @@ class PolicyHand {
   /// @pre the period is from kFastest to kSlowest
   explicit PolicyHand(PolicyInfo info) : info_(std::move(info)) {}
 
-  /// Its turn begins: the hand opens and grips once there is a target that is not stale.
+  /// Its turn begins: the hand opens, and closes once there is a target that is not stale.
   void begin(Time now);
   void take(const PolicyTarget& target, Time now);
   /// The next sample if its time has come by `now`: call until false.
   bool next(Time now, OperatorSample& sample);
-  Time due() const { return due_; }  ///< of the next sample
+  Time due() const { return due_; }  ///< when the next sample is due
 
  private:
   Pose at(Time t) const;

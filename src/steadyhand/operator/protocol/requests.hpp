@@ -107,7 +107,7 @@ constexpr auto names_of(OperatorRequest::Kind) {
        Name{kDelete, "delete", "it is deleted. Not the one that is being recorded, which is not renamed either"}});
 }
 
-/// Where an object stands and how large it is.
+/// Position and size of an object.
 struct PlacedShape {
   ShapeKind kind = ShapeKind::kSphere;
   double radius = 0.0, length = 0.0, rounding = 0.0;  ///< m

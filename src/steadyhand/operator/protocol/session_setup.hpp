@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// As every session with an operator begins, before anybody sets something else.
+/// Defaults of every session with an operator.
 LiveSettings operator_defaults();
 
 /// Planners for the profiles that the operator may choose.
@@ -27,11 +27,11 @@ ProfilePlanners planners_of(const std::vector<Profile>& profiles, int profile);
 /// @param profile index of the first; @pre there is one
 void take_profiles(const std::vector<Profile>& profiles, int profile, LiveSettings& settings);
 
-/// What clients are told of the session when they connect.
+/// Facts about the session that clients get when they connect.
 ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const LiveSettings& settings,
                              const std::vector<Profile>& profiles, std::vector<std::string> recordings);
 
-/// What a recording tells of its session: tables by name, of text.
+/// Description of the session for its recording: tables by name, of text.
 /// @param profile of `profiles`, with which it begins @param rate_hz planning steps a second
 std::map<std::string, std::map<std::string, std::string>> describe_run(const RobotModel& model,
                                                                        const LiveSettings& settings,
