@@ -88,7 +88,7 @@ Result<Certificate> make_certificate(const std::vector<std::string>& names) {
   const std::unique_ptr<BIGNUM, Deleter<BN_free>> number(BN_bin2bn(serial.data(), serial.size(), nullptr));
   X509* x = certificate.get();
   bool good = X509_set_version(x, 2) == 1 && number && BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(x));
-  X509_gmtime_adj(X509_getm_notBefore(x), -kDay);  // clocks of headsets are late at times
+  X509_gmtime_adj(X509_getm_notBefore(x), -kDay);  // a headset's clock may be late
   X509_gmtime_adj(X509_getm_notAfter(x), kLifetime);
   X509_NAME* subject = X509_get_subject_name(x);
   const auto* common_name = reinterpret_cast<const unsigned char*>("steadyhand on this host");
@@ -107,7 +107,7 @@ Result<Certificate> make_certificate(const std::vector<std::string>& names) {
   return to_pem(x, key.get());
 }
 
-/// Readable by its owner only, and never half there: written beside it and renamed.
+/// Readable by its owner only, and never incomplete: written next to it, then renamed.
 Status write_private(const fs::path& path, const std::string& text) {
   const auto failed = [&](const char* what) {
     return Error{fmt::format("{}: {}: {}", path.string(), what, std::strerror(errno))};

@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-/// A TLS key of this host's own, self-signed.
+/// The TLS key of this host, self-signed.
 struct Certificate {
   std::string certificate_pem, key_pem;
   std::string fingerprint;  ///< SHA-256 of the certificate as browsers show it, "AB:CD:..."

@@ -30,7 +30,7 @@ constexpr int kSendBuffer = 256 * 1024;         // bytes of answers that the ker
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
-/// What a body is.
+/// Type of a body.
 struct Kind {
   std::string_view type = "text/plain; charset=utf-8";
   bool gzipped = false;
@@ -70,7 +70,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     timer_.expires_after(shared_.timeout);
     timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
       const auto self = weak.lock();
-      // It may have been set anew while this call was on its way.
+      // It may have been set again while this call was on its way.
       if (self && !cancelled && self->timer_.expiry() <= asio::steady_timer::clock_type::now()) self->end();
     });
   }
@@ -234,7 +234,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       const auto at = static_cast<off_t>(self->fresh_.size - self->left_);
       const ssize_t read = ::pread(fileno(self->fresh_.file.get()), self->piece_.data(), self->piece_.size(), at);
       asio::post(executor, [self = std::move(self), read] {
-        if (read <= 0) return self->end();  // cut short meanwhile: what was promised cannot be sent
+        if (read <= 0) return self->end();  // cut short meanwhile: the promised size cannot be sent
         self->send_piece({self->piece_.data(), static_cast<std::size_t>(read)});
       });
     });
@@ -255,7 +255,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     stream_->finish();
   }
 
-  std::optional<Stream> stream_;  // until a WebSocket goes on with it
+  std::optional<Stream> stream_;  // until a WebSocket takes it over
   asio::steady_timer timer_;
   ConnectionsShared& shared_;
   const Listener& listener_;

@@ -26,8 +26,8 @@ struct ConnectionsShared {
   const Site* site = nullptr;
   std::function<Time()> now;
   bool accept_missing_origin = true;
-  Time timeout{0};      ///< with a peer that says or takes nothing
-  bool ending = false;  ///< the program: who is sent away then did nothing wrong
+  Time timeout{0};      ///< for a peer that sends nothing or reads nothing
+  bool ending = false;  ///< the program ends: clients sent away now did nothing wrong
 
   /// Those that ask for files, or that have not asked yet; clients of the hub are not among them.
   struct Visitor {
@@ -41,9 +41,9 @@ struct ConnectionsShared {
   std::uint64_t last_visitor = 0;
 
   using Answer = std::function<void(Result<FreshPage>)>;
-  /// Asks the session for a page, by a number of its own; empty: there are none to be had. Its answer arrives at
-  /// `waiting`, where the connections that asked are kept: nobody else may hold them, for they must end with the
-  /// server.
+  /// Asks the session for a page, with a number for the answer; empty: there are no pages. The answer arrives at
+  /// `waiting`, where the connections that asked are kept. No other object may hold them, because they must end with
+  /// the server.
   std::function<void(const std::string& path, std::uint64_t number)> fetch;
   std::map<std::uint64_t, Answer> waiting;
   std::uint64_t last_fetch = 0;
@@ -52,7 +52,7 @@ struct ConnectionsShared {
   boost::asio::thread_pool* disk = nullptr;  ///< reads files and closes them, and may wait for it; nullptr: the end
 };
 
-/// Where connections come in.
+/// A source of connections.
 struct Listener {
   /// Host names that it answers. For plain HTTP only those whose address nothing on the network can change.
   std::vector<std::string> hosts;
@@ -60,7 +60,7 @@ struct Listener {
 };
 
 /// A connection that serves the page's files and, at /live, becomes a WebSocket. Keeps itself alive until it ends; ends
-/// itself when the peer falls silent. The listener must outlive it.
+/// itself when the peer times out. The listener must outlive it.
 void serve_connection(boost::asio::ip::tcp::socket socket, ConnectionsShared& shared, const Listener& listener);
 
 }  // namespace steadyhand

@@ -5,8 +5,8 @@
 
 namespace steadyhand {
 
-/// Whose program is at the other end of a connection within this machine, as the kernel says; nothing: it is not here,
-/// or the kernel does not tell (it has no inet_diag). Takes as long however many connections the machine has.
+/// The user whose program is at the other end of a connection within this machine, from the kernel. Nothing: it is not
+/// here, or the kernel has no inet_diag. The time does not depend on how many connections the machine has.
 std::optional<unsigned> peer_user(const boost::asio::ip::tcp::socket& socket);
 
 }  // namespace steadyhand

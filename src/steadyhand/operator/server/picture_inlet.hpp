@@ -11,9 +11,9 @@
 
 namespace steadyhand {
 
-/// Pictures on their way from the cameras' threads to the server's, which are of very different priority: no side waits
-/// for the other or takes a lock that it holds. What the server's thread is too late for is dropped, up to the camera's
-/// next key picture.
+/// Camera frames on their way from the cameras' threads to the server's. Their priorities differ much, so no side waits
+/// for the other or takes a lock that it holds. Frames that come too fast for the server's thread are dropped, up to
+/// the camera's next key frame.
 class PictureInlet {
  public:
   /// As clients get it.
@@ -29,21 +29,21 @@ class PictureInlet {
   PictureInlet(const PictureInlet&) = delete;
   PictureInlet& operator=(const PictureInlet&) = delete;
 
-  /// Those of a camera on one thread at a time.
+  /// Frames of one camera: from one thread at a time.
   void put(const VideoPacket& packet);
 
-  /// Can be read once something was put; for the server's thread, as what follows.
+  /// Readable once something was put. It and the following functions are for the server's thread.
   int descriptor() const { return descriptor_; }
-  /// Before taking: what is put from here on is told anew.
+  /// Call before take(): frames that are put later are signalled again.
   void hear();
   /// False: there is none.
   bool take(Message& message);
 
  private:
-  static constexpr std::size_t kMost = 16;  ///< pictures of a camera that wait: a second
+  static constexpr std::size_t kMost = 16;  ///< waiting frames of a camera: a second
   struct Camera {
     SpscRing<Message> ring{kMost};
-    bool needs_key = false;  ///< the camera's thread: what came before was dropped
+    bool needs_key = false;  ///< the camera's thread: the frame before was dropped
   };
 
   explicit PictureInlet(int descriptor) : descriptor_(descriptor) {}

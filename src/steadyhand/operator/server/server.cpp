@@ -79,7 +79,7 @@ struct Server::Impl {
     acceptor.async_accept([this, &acceptor, &listener](error_code error, tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
       if (!error) {
-        accept(acceptor, listener);  // first, so that others can come whatever the rest throws
+        accept(acceptor, listener);  // first, so that others can connect even if the rest throws
         return serve_connection(std::move(socket), shared, listener);
       }
       // Out of file descriptors, most likely: trying again at once would spin.
@@ -98,7 +98,7 @@ struct Server::Impl {
     timer.expires_after(std::chrono::milliseconds(100));
     timer.async_wait([this](error_code error) {
       if (error) return;
-      tick();  // first, so that it goes on whatever the rest throws
+      tick();  // first, so that it continues even if the rest throws
       if (callbacks.on_tick) callbacks.on_tick();
       hub.tick(callbacks.now());
       count();
@@ -217,7 +217,7 @@ struct Server::Impl {
     return Done{};
   }
 
-  /// Every client hears that this is the end, if it listens now.
+  /// Reports the end to every client that still listens.
   void say_farewell() {
     constexpr std::chrono::milliseconds kSoon{50};
     const auto told = std::make_shared<std::promise<std::size_t>>();
@@ -258,7 +258,7 @@ struct Server::Impl {
   LatestValue<OperatorView> newest;
   OperatorView view;  // the server thread's
   std::atomic<bool> waiting{false};
-  mutable std::mutex mutex;  // guards what is below, between the server's thread and the session's
+  mutable std::mutex mutex;  // guards the following, between the server's thread and the session's
   std::vector<std::string> urls;
   ServerCounters counters;
   // Last: their handlers own connections, which leave the hub when they are destroyed.
@@ -266,7 +266,7 @@ struct Server::Impl {
   tcp::acceptor local{io}, lan{io};
   asio::steady_timer timer{io};
   asio::posix::stream_descriptor picture_waits{io};
-  asio::thread_pool disk{1};  // ends before what it hands back to
+  asio::thread_pool disk{1};  // ends before the members that get its results
   std::thread thread;
 };
 

@@ -21,24 +21,24 @@ struct ServerSettings {
   std::uint16_t lan_port = 8643;       ///< 0: any free one
   std::filesystem::path state_folder;  ///< where the certificate is kept; empty: state_folder() of certificate.hpp
   std::filesystem::path page_folder;   ///< serve this folder's files; empty: the page in the program itself
-  std::map<std::string, std::string> files;  ///< that the page has beside its own, by path ("/arms/fr3.glb")
+  std::map<std::string, std::string> files;  ///< for the page, in addition to its own, by path ("/arms/fr3.glb")
   int max_clients = 96;                      ///< at once; one that is not paired makes room for the next
   double max_rate_hz = 250.0;                ///< messages of one client; more are discarded, many more close it
   bool accept_non_browser_clients = true;    ///< those that send no Origin header, such as scripts
-  Time timeout = std::chrono::seconds(15);   ///< with a peer that says or takes nothing
+  Time timeout = std::chrono::seconds(15);   ///< for a peer that sends nothing or reads nothing
 };
 
 /// Counted since the start.
 struct ServerCounters {
   std::uint64_t clients = 0;           ///< connected now
   std::uint64_t samples = 0;           ///< handed to on_sample
-  std::uint64_t samples_dropped = 0;   ///< old, out of order, or without the lease
+  std::uint64_t samples_dropped = 0;   ///< old, out of order, or without control
   std::uint64_t refused_messages = 0;  ///< malformed, not permitted, or too many
   std::uint64_t states_skipped = 0;    ///< not sent because the client had not taken the one before
-  std::uint64_t pictures_skipped = 0;  ///< of cameras, likewise
+  std::uint64_t pictures_skipped = 0;  ///< camera frames, likewise
 };
 
-/// One thread of its own. Newest wins in both directions: no client can make the session wait.
+/// Runs on one thread. The newest value wins in both directions: no client can make the session wait.
 class Server {
  public:
   /// Binds, makes the certificate when one is needed, and serves. Errors: a port that is taken, a certificate that
@@ -53,8 +53,8 @@ class Server {
   /// Sends it to every client that has taken the one before. From one thread at a time; does not block.
   void publish(const OperatorView& view);
 
-  /// What takes the pictures of ServerFacts::cameras to who watches them, those of a camera from one thread at a time;
-  /// it does not block. May be called after the server's end, when it leads nowhere. Empty: there are no cameras.
+  /// The function that sends frames of ServerFacts::cameras to the clients that watch them; for each camera from one
+  /// thread at a time. It does not block. After the server's end a call does nothing. Empty: there are no cameras.
   std::function<void(const VideoPacket& packet)> pictures() const;
 
   /// Addresses that pair with the code that is valid now: loopback first, then the LAN's. Any thread.

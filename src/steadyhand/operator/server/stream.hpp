@@ -37,18 +37,19 @@ class Stream {
   Socket& socket() { return transport_->socket(); }
   /// Before anything else.
   void handshake(Done done) { transport_->handshake(std::move(done)); }
-  /// From here on a write is done at once and its bytes go out behind it: Beast, which answers pings while it reads,
-  /// reads on where its peer does not. @param taken called whenever all bytes have gone out
+  /// From now on a write completes at once, and its bytes are sent in the background: Beast answers pings while it
+  /// reads, and must continue to read from a peer that reads nothing. @param taken called whenever all bytes have been
+  /// sent
   void write_behind(std::function<void()> taken);
   /// Bytes that have not gone out, and since when none has.
   std::size_t waiting_bytes() const { return transport_->waiting.size() + transport_->going.size(); }
   std::chrono::steady_clock::duration waiting_for() const;
-  /// Behind all that was written; what is written later is thrown away.
+  /// After all that was written; later writes are discarded.
   void write_last(std::string_view bytes);
   /// No more will be written; what was is delivered.
   void finish();
-  /// At once: what is under way ends. A peer that takes nothing gets a reset: the kernel would keep its
-  /// connection for minutes.
+  /// At once: pending operations end. A peer that takes nothing gets a reset: the kernel would keep its connection for
+  /// minutes.
   void cut();
   /// Called with the size of all that is read from here on.
   void on_read(std::function<void(std::size_t bytes)> call) { on_read_ = std::move(call); }

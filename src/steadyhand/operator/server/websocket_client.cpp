@@ -21,9 +21,9 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 
-constexpr Time kFarewell = std::chrono::milliseconds(200);  // for one that is thrown out to hear why
+constexpr Time kFarewell = std::chrono::milliseconds(200);  // for a client that is sent away to read the reason
 constexpr std::size_t kMaxQueued = 64;                      // messages other than states
-constexpr std::ptrdiff_t kMostPictures = 4;                 // of a camera
+constexpr std::ptrdiff_t kMostPictures = 4;                 // waiting frames of one camera
 constexpr int kSendBuffer = 32 * 1024;  // bytes the kernel may hold: some ten states, not minutes of them
 /// Bytes that a client may send without a message or control frame in them. Beast reads over frames that hold nothing.
 constexpr std::size_t kMaxHollow = 4 * kMaxClientMessage;
@@ -31,7 +31,8 @@ constexpr std::size_t kMaxHollow = 4 * kMaxClientMessage;
 constexpr std::size_t kMaxUnread = 4 * kMaxClientMessage;
 
 /// A client of the hub: at most one message is on its way; behind it wait a bounded queue of messages, the newest
-/// state, and few pictures. It is read whether it reads or not, until its socket is closed: it may ask for a stop.
+/// state, and a few frames. Its messages are read even if it reads nothing, until its socket is closed: it may ask for
+/// a stop.
 class WebSocketClient final : public Outbox, public std::enable_shared_from_this<WebSocketClient> {
  public:
   WebSocketClient(Stream stream, ConnectionsShared& shared)
@@ -108,7 +109,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     return true;
   }
 
-  /// Not for long, whether it reads or not.
+  /// Closes soon, even if the client reads nothing.
   void close() override {
     if (closing_) return;
     closing_ = true;
@@ -160,8 +161,8 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     });
   }
 
-  /// The frame that closes a WebSocket. Not Beast's own: behind that it reads for nothing, and a stop would not be
-  /// heard. The socket is closed when the client answers it or goes, or when `farewell_` is due.
+  /// The frame that closes a WebSocket. Not Beast's: after that it reads no messages, and a stop would be lost. The
+  /// socket is closed when the client answers it or disconnects, or when `farewell_` is due.
   void say_goodbye() {
     const auto code = static_cast<std::uint16_t>(shared_.ending ? websocket::close_code::going_away
                                                                 : websocket::close_code::policy_error);
@@ -169,7 +170,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     socket_.next_layer().write_last({frame, sizeof frame});
   }
 
-  /// Beast's timeout is about what a client says, not about what it takes.
+  /// Beast's timeout is for a client that does not send; this one is for a client that does not read.
   bool stuck() const { return socket_.next_layer().waiting_for() > shared_.timeout; }
 
   void turn_away(unsigned version) {
@@ -205,7 +206,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   websocket::stream<Stream, false> socket_;  // without compression: messages are small and often
   asio::steady_timer farewell_;
   ConnectionsShared& shared_;
-  std::uint64_t id_ = 0;  // of the hub; 0: not joined
+  std::uint64_t id_ = 0;  // number in the hub; 0: not joined
   HttpRequest request_;
   http::response<http::empty_body> full_;
   beast::flat_buffer input_;

@@ -10,7 +10,7 @@ namespace steadyhand {
 
 using HttpRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-/// Goes on as a client of the hub; answered with 503 where every place is kept.
+/// Serves a client of the hub; answers 503 if every place is kept.
 void serve_websocket(Stream stream, ConnectionsShared& shared, const Address& address, HttpRequest request);
 
 }  // namespace steadyhand
