@@ -17,7 +17,7 @@ from mcap.reader import make_reader
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
 
-# The dial comes to 5 rad/s within a second. Lengths in m, beside the arm.
+# Stands next to the arm; lengths in m. The dial reaches 5 rad/s within a second.
 SCENE = """
 <mujoco>
   <worldbody>

@@ -89,7 +89,7 @@ def main():
     for clients in (1, options.clients):
         text, sent, rate, megabytes, lost = run(clients, options.hertz, options.seconds, rest)
         heard = int(re.search(r"hand +(\d+) samples", text).group(1))
-        # Until somebody takes the lease a recorded hand leads, whose samples count here too.
+        # Until a client takes control, a recorded hand moves the arm; its samples count here too.
         missed.append(float(re.search(r"missed \(([0-9.]+) %\)", text).group(1)))
         print(f"--- {clients} clients, {rate:.0f} messages a second of each; {megabytes:.1f} MB/s to the watchers; the arm did not follow in "
               f"{lost} states\n{text[text.index('session  '):]}", flush=True)

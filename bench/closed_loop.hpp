@@ -11,9 +11,9 @@
 
 namespace steadyhand::bench {
 
-/// A planner without its checks: solves along a sequence, each time from where the last solution leads, and lets a
-/// caller look at each solve. An arm whose solver finds nothing feasible brakes, whatever its bodies meet; if that has
-/// gone on for a second, it begins again at home.
+/// A planner without its checks: solves along a sequence, each time from where the last solution ends, and lets a
+/// caller look at each solve. If the solver finds nothing feasible, the arm brakes, even if its bodies collide. After a
+/// second of braking it starts again at home.
 class ClosedLoop {
  public:
   /// @param obstacles of which the problem sees as many pairs as it has rows for

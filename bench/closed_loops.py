@@ -13,7 +13,7 @@ from kkt import Judge
 from peers import PeerError
 from workers import Worker
 
-PERIOD_US = 2000.0  # of the control loop that could have a new plan in each of its cycles
+PERIOD_US = 2000.0  # the control loop's, which could have a new plan in each cycle
 PEER_HORIZON = 8  # the peers are built for this one
 VIOLATION, ERROR = 1e-6, 1e-5  # largest violation and KKT error (kkt.py) of what counts as a minimum
 

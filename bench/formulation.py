@@ -250,7 +250,7 @@ class StackedProblem:
         self.parameters = ca.vertcat(x0, ca.vec(references), w)
         self.objective, self.g = objective, ca.vertcat(*rows)
         self.g_min, self.g_max, self.equality = np.array(lower), np.array(upper), equality
-        # x_0 has no bounds of its own: it is given.
+        # x_0 is given and has no bounds.
         free = np.full(2 * n, np.inf)
         f = formulation
         self.z_max = np.concatenate([free, f.u_max] + [np.concatenate([f.x_max, f.u_max])] * (horizon - 1) + [f.x_max])

@@ -74,7 +74,7 @@ def follow(hand, robot, gain, rate):
         except pink.exceptions.NoSolutionFound:
             now, failed = v - np.clip(v, -ACCELERATION * step, ACCELERATION * step), failed + 1
         q.append(configuration.q.copy())
-        # What rounding leaves beyond a limit would have no solution from there on.
+        # A position that rounding leaves beyond a limit would have no solution from there on.
         inside = np.clip(configuration.q + step * now, model.lowerPositionLimit + 1e-9, model.upperPositionLimit - 1e-9)
         v = (inside - configuration.q) / step
         configuration.update(inside)

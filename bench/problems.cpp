@@ -1,5 +1,5 @@
-/// Kept problems, each solved several times: the smallest time of each, whatever else the machine did; see
-/// bench/README.md.
+/// Kept problems, each solved several times: the smallest time of each, which depends least on other load of the
+/// machine; see bench/README.md.
 #include <fmt/format.h>
 
 #include <algorithm>

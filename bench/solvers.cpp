@@ -21,14 +21,14 @@ struct Options {
   std::string robot = "ur5e";
   std::vector<std::string> solvers{"realtime"}, profiles{"tracking", "anti-slosh", "waiter"}, sequences;
   std::vector<int> horizons{8}, objects{0};
-  int solves = 2000;  ///< of each combination
+  int solves = 2000;  ///< for each combination
   int sample = 0;     ///< how many of them are solved by FATROP too, cold, and written
   unsigned seed = 1;
   SolveBudget budget;
   std::filesystem::path problems;  ///< folder for the sampled problems
   std::filesystem::path keep;      ///< folder for problems as they were posed
-  int keep_every = 1;              ///< of the problems, one is kept
-  int keep_above = 0;              ///< of these, those that took more iterations or are unsolved
+  int keep_every = 1;              ///< keep one problem in so many
+  int keep_above = 0;              ///< and only those with more iterations, or unsolved
   bool json = false;
 };
 
@@ -56,7 +56,7 @@ double percentile(const std::vector<double>& sorted, double share) {
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
 }
 
-/// What FATROP finds from a cold start beside what the solver found.
+/// FATROP's solutions from a cold start, compared with the solver's.
 struct Comparison {
   int compared = 0, better = 0, same = 0, worse = 0, only_fatrop = 0, only_ours = 0;
 
@@ -104,7 +104,7 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
   int most = 0, unsolved = 0, infeasible = 0;
   Comparison comparison;
   std::vector<ProblemRecord> sampled;
-  double sampled_us = 0.0;  // of the sampled problems, each the least of several solves
+  double sampled_us = 0.0;  // sum over the sampled problems, each the least of several solves
   Solution again;
   again.prepare(ocp);
   const int every = options.sample > 0 ? std::max(1, options.solves / options.sample) : 0;
