@@ -19,7 +19,7 @@ struct RecordingFolderSettings {
 std::filesystem::path default_session_folder();
 
 /// Whether SessionRecorder gives this name to recordings of whole sessions: DATE_TIME.mcap or DATE_TIME_2.mcap, not
-/// those of faults, nor any file of somebody else's.
+/// those of faults, nor files of other programs.
 bool is_recording_name(std::string_view name);
 
 /// What was deleted.

@@ -21,11 +21,11 @@ class RecordingPlace {
   virtual ~RecordingPlace() = default;
   /// A new recording by the first name of numbered(1), numbered(2), ... that is free.
   virtual Result<Opened> open(const std::function<std::string(int)>& numbered) = 0;
-  /// Why nothing more may be written; empty: there is room.
+  /// Reason why nothing more may be written; empty: there is space.
   virtual std::string no_room() { return {}; }
-  /// Deletes what is old, so that there is room for this one; what it did, for people. Empty: nothing.
+  /// Deletes old recordings to make space for this one. @return what it did, for people; empty: nothing
   virtual std::string make_room(const Opened& /*newest*/) { return {}; }
-  /// Whether somebody took it away while it was written.
+  /// Whether it was deleted or moved away while it was written.
   virtual bool is_gone(const Opened& /*opened*/) { return false; }
 };
 

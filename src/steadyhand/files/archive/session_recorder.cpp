@@ -10,7 +10,7 @@ namespace steadyhand {
 namespace {
 
 constexpr double kHandRate = 250.0, kArmRate = 500.0, kStepRate = 60.0, kLookRate = 120.0;  // Hz, at most
-/// s; profiles that led for less are not named. No share of a session that grows: who was named once stays.
+/// s; profiles engaged for less are not named. Not a share of the session, which grows: a named profile stays named.
 constexpr double kInPassing = 0.2;
 constexpr Time kStatisticsPeriod = std::chrono::seconds(1);
 
@@ -100,7 +100,7 @@ void SessionRecorder::end_file() {
                                     : "recorded: " + opened_.where);
 }
 
-/// Names, the one that led longest first; those that led in passing are left out, unless it spilled under them.
+/// Names, longest engaged first; without those engaged for less than kInPassing, unless liquid spilled under them.
 std::string SessionRecorder::profiles_that_led() const {
   const std::vector<SpillLog::Spill>& spills = tally_.liquid.spills();
   std::vector<std::pair<double, std::string>> led;
@@ -114,7 +114,7 @@ std::string SessionRecorder::profiles_that_led() const {
   return names;
 }
 
-/// Of the file that is written: what every summary has.
+/// The entries that every summary of the current file has.
 std::map<std::string, std::string> SessionRecorder::spilled_and_led() const {
   const SpillLog::Spill* worst = tally_.liquid.worst();
   return {{"spilled", worst ? "yes" : "no"},
@@ -124,7 +124,7 @@ std::map<std::string, std::string> SessionRecorder::spilled_and_led() const {
           {"profiles", profiles_that_led()}};
 }
 
-/// What is known of a file while its session goes on; of several summaries the last one counts.
+/// Adds a summary of the file while its session continues; the last summary counts.
 void SessionRecorder::sum_up(const SessionSnapshot& now) {
   if (!file_) return;
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
@@ -293,7 +293,7 @@ void SessionRecorder::film(VideoPacket packet) {
   pictures_.push_back(std::move(packet));
 }
 
-/// What other threads have left for the file.
+/// Writes data that other threads have left for the file.
 void SessionRecorder::write_waiting() {
   std::vector<std::pair<EpisodeMark, int>> marks;
   std::vector<SceneLook> looks;
@@ -319,7 +319,7 @@ void SessionRecorder::write_waiting() {
   for (const auto& [mark, file] : marks) report({mark.episode, mark.kind, write_mark(mark, file)});
 }
 
-/// Once a round: what has no arrow of its own, and what was asked for.
+/// Once a round: values that no tap delivers, and requests.
 void SessionRecorder::look(const SessionSnapshot& now) {
   const bool begins = wanted_ && !file_;
   if (begins) begin_file();
@@ -359,7 +359,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     next_statistics_ = at + kStatisticsPeriod;
     write(SessionStatistics{at, now.latency_us, now.solve_us, now.wake_us, now.samples, now.plans, now.rejected_plans,
                             now.cycles, now.missed_deadlines, now.planner_rate_hz});
-    if (!begins) sum_up(now);  // a program that is killed tells no more
+    if (!begins) sum_up(now);  // a killed program cannot do this later
     if (const std::string why = file_ ? place_->no_room() : ""; !why.empty()) {
       wanted_ = false;
       sum_up(now);

@@ -21,7 +21,7 @@ namespace steadyhand {
 struct RecordingSettings {
   bool enabled = true;           ///< from the beginning; the operator may change it
   double plan_rate_hz = 20.0;    ///< plans and references written a second, at most; > 0
-  double flight_seconds = 10.0;  ///< s before a fault that go to a file of their own; 0: none
+  double flight_seconds = 10.0;  ///< s before a fault that go to a separate file; 0: none
 };
 
 /// The newest values of a kind, in memory that is taken once.
@@ -46,8 +46,9 @@ class History {
 };
 
 /// Writes a live session as MCAP while it runs, by the name DATE_TIME, and after each fault the last seconds before it,
-/// DATE_TIME-fault-1. Times in the file count from the session's begin. A file that cannot be written, or
-/// no longer, is told at once and ends the recording, never the session. The taps run on the session's writer thread.
+/// DATE_TIME-fault-1. Times in the file count from the session's begin. If the file cannot be written
+/// (any more), this is reported at once and ends the recording, never the session. The taps run on the session's writer
+/// thread.
 class SessionRecorder {
  public:
   using Metadata = std::map<std::string, std::map<std::string, std::string>>;
@@ -69,7 +70,7 @@ class SessionRecorder {
   bool wanted() const { return wanted_; }  ///< what was asked for
   /// Name of the session that is written now, without folder and extension; empty: none.
   std::string writing() const;
-  /// What people should know of: files begun and ended, and what failed. Each line once.
+  /// Notices for people: files started and ended, and failures. Each line once.
   std::vector<std::string> take_notices();
 
   /// What was said of an episode, by the session's clock, soon in the file that it began in. Fails if that has ended.
@@ -77,11 +78,11 @@ class SessionRecorder {
   /// What became of each mark, and of episodes whose file ended within them. Each once. A mark counts as recorded when
   /// the operating system has taken everything up to it.
   std::vector<EpisodeOutcome> take_episode_outcomes();
-  /// The same of a scene; looks that nobody has written yet may be dropped.
+  /// The same for a scene; looks that are not written yet may be dropped.
   void see(const SceneLook& look);
 
-  /// A picture of a camera, soon in the file; from a key picture on, each time that a file begins. Pictures that nobody
-  /// has written yet may be dropped, and all until the next key picture then, which cannot be decoded.
+  /// A camera's frame, written soon; each file starts with a key frame. Frames that are not written yet may be dropped,
+  /// and then all up to the next key frame, as they cannot be decoded.
   void film(VideoPacket packet);
 
   /// Completes the file; after the session has ended.
@@ -119,7 +120,7 @@ class SessionRecorder {
   Metadata metadata_;
   RunNames names_;
   Time begin_;
-  std::string stem_;  ///< of the files' names
+  std::string stem_;  ///< common to the files' names
   StepDescriber describer_;
 
   std::optional<Recorder> file_;
@@ -131,7 +132,7 @@ class SessionRecorder {
   std::optional<Cell> cell_;                         ///< the same, as it was at `cell_at_` since the begin
   Time cell_at_{0};
 
-  /// Of the file that is written, for the list of recordings, where the session goes on behind it.
+  /// Data of the current file for the list of recordings; the session may continue after the file.
   struct Tally {
     Time begin{0}, last{0}, engaged{0};
     std::uint64_t missed_before = 0;
@@ -139,7 +140,7 @@ class SessionRecorder {
     SpillLog liquid;                       ///< since the file began
   };
   Tally tally_;
-  std::optional<Time> engaged_since_;  ///< the hand leads
+  std::optional<Time> engaged_since_;  ///< absent: not engaged
 
   struct Flight {
     explicit Flight(double seconds);
@@ -157,7 +158,7 @@ class SessionRecorder {
   int flights_ = 0;
 
   std::atomic<bool> wanted_, recording_{false};
-  mutable Mutex mutex_;  ///< of the notices, and of opened_ for other threads
+  mutable Mutex mutex_;  ///< guards the notices, and opened_ for other threads
   std::vector<std::string> notices_;
   int files_ = 0;                                   ///< number of files so far, and of the newest
   int episode_file_ = 0;                            ///< number of that in which the newest episode began
@@ -166,8 +167,8 @@ class SessionRecorder {
   std::vector<SceneLook> looks_;
   std::vector<VideoPacket> pictures_;
   std::vector<CameraInfo> cameras_;
-  std::vector<bool> needs_key_;  ///< of each camera: what was waiting before was dropped
-  std::vector<bool> has_begun_;  ///< of each, in this file; the writer's
+  std::vector<bool> needs_key_;  ///< by camera: frames that waited before were dropped
+  std::vector<bool> has_begun_;  ///< by camera, in this file; the writer's
 };
 
 }  // namespace steadyhand
