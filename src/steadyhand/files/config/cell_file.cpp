@@ -72,8 +72,8 @@ bool read_frame(YamlMap& map) {
   return frame == "root";
 }
 
-/// Objects of these formats may have several solids, which all have the object's name: the second becomes "NAME 2", and
-/// so on, past names that other objects have.
+/// Objects of these formats may have several solids, which all have the object's name: the second becomes "NAME 2",
+/// etc. Names that other objects have are skipped.
 Result<Cell> with_own_names(Result<Cell> cell) {
   if (!cell) return cell;
   std::map<std::string, int> solids;

@@ -6,11 +6,11 @@
 #include "steadyhand/geometry/robot/cell.hpp"
 
 /// Cells as other software writes them. Their frame is taken for the arm's base; margins are CellObject's default. Each
-/// fails on what it cannot keep the arm clear of, such as meshes, with file, line or object, and the reason. All solids
-/// of an object have its name; load_cell() tells them apart.
+/// fails on what it cannot keep the arm clear of, such as meshes, with file, line or object, and the reason. All
+/// solids of one object have its name; load_cell() makes the names unique.
 namespace steadyhand {
 
-/// MoveIt's scene text (.scene), before and after objects had poses of their own.
+/// MoveIt's scene text (.scene), in the version where objects have poses and in the older one.
 Result<Cell> load_moveit_scene(const std::filesystem::path& file);
 
 /// The collision boxes, spheres and cylinders of a URDF whose joints are fixed.
@@ -24,7 +24,7 @@ std::string hex_color(const std::vector<double>& rgb);
 
 /// Whether a YAML file is a world of cuRobo's.
 bool is_curobo_world(YamlMap& map);
-/// That world's cuboids, spheres, capsules and cylinders; what is wrong is told by the mapping's finish().
+/// That world's cuboids, spheres, capsules and cylinders; the mapping's finish() reports errors.
 void read_curobo_world(YamlMap& map, Cell& cell);
 
 }  // namespace steadyhand

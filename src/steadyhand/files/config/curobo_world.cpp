@@ -58,7 +58,7 @@ void read_curobo_world(YamlMap& map, Cell& cell) {
     YamlMap named = map.map(kind);
     for (const std::string& name : named.keys()) {
       if (kind == "mesh" || kind == "blox" || kind == "voxel") {
-        (void)named.has(name);  // known, and so the reason that is told
+        (void)named.has(name);  // known, so that the next line's error is reported
         map.fail(kind, fmt::format("has '{}', which is not read: give boxes, spheres, capsules or cylinders", name));
         return;
       }

@@ -66,7 +66,7 @@ class SceneReader {
   }
   const std::optional<Error>& error() const { return error_; }
 
-  /// As in MoveIt: objects have poses of their own where the line behind the first one's name has several words.
+  /// As in MoveIt: objects have poses if the line after the first one's name has several words.
   bool objects_have_poses() {
     const auto here = in_.tellg();
     const int number = number_;
@@ -113,7 +113,7 @@ void read_object(SceneReader& scene, const std::string& name, bool has_pose, Cel
     object.shape = read_shape(scene);
     object.origin = X_base_object * scene.pose("the shape's position");
     const std::vector<double> rgba = scene.numbers("red, green, blue and opacity", 4);
-    if (rgba != std::vector<double>(4, 0.0)) object.color = hex_color(rgba);  // all 0 stand for none
+    if (rgba != std::vector<double>(4, 0.0)) object.color = hex_color(rgba);  // all 0: none
     cell.objects.push_back(object);
   }
   if (!has_pose) return;

@@ -27,7 +27,7 @@ fs::path this_binary() {
   return fs::canonical("/proc/self/exe", error);
 }
 
-/// What add_packages() was told.
+/// Arguments of add_packages().
 struct AddedPackages {
   std::mutex mutex;
   std::vector<fs::path> folders;

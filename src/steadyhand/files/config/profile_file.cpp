@@ -21,7 +21,7 @@ void read_weight(YamlMap& weights, const std::string& term, const Objectives& ob
     if (each->name() == term) objective = each.get();
   }
   if (objective == nullptr) {
-    weights.has(term);  // an unknown term is told here, with the terms that there are
+    weights.has(term);  // the next line reports an unknown term, with the known ones
     weights.fail(term, fmt::format("is no term of the problem; {}", suggestion(term, known)));
     return;
   }

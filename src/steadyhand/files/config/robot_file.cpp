@@ -20,7 +20,7 @@ void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places,
   YamlMap urdf = robot.map("urdf");
   const std::string package = urdf.text("package"), path = urdf.text("path");
   const std::string distribution = urdf.text("distribution", "");
-  if (package.empty() || path.empty()) return;  // told by finish()
+  if (package.empty() || path.empty()) return;  // reported by finish()
   const Result<fs::path> found = find_in_package(places, package, path);
   if (found) {
     settings.urdf = *found;
@@ -87,7 +87,7 @@ constexpr int kMostExtensions = 8;
 
 Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& places, int extensions);
 
-/// What the file that this one extends says; nothing where it extends none.
+/// Settings of the file that this one extends; default settings if there is none.
 Result<RobotSettings> load_extended(YamlMap& robot, const fs::path& file, const Places& places, int extensions) {
   const std::string extended = robot.text("extends", "");
   if (extended.empty()) return RobotSettings();
@@ -141,7 +141,7 @@ Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& pl
 
 namespace {
 
-/// Of a robot file, or of a URDF and no more.
+/// Settings from a robot file, or from a bare URDF.
 Result<RobotSettings> robot_settings(const fs::path& file, const Places& places) {
   if (is_robot_file(file)) return load_robot_settings(file, places);
   RobotSettings settings;

@@ -95,7 +95,7 @@ Status SettingsTable::load(const std::filesystem::path& path) {
     YamlMap& map = section.empty() ? file : sections.at(section);
     if (!map.has(name)) continue;
     const std::string value = map.text(name, "");
-    if (value.empty()) continue;  // told by finish()
+    if (value.empty()) continue;  // reported by finish()
     if (const Status s = assign(entry, value); s) {
       entry.origin = map.place(name);
     } else {

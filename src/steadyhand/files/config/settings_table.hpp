@@ -12,12 +12,12 @@
 
 namespace steadyhand {
 
-/// Names for values in settings structs, so that a file and the command line may set them and people may read them:
-/// what it is, its unit, where its value comes from. A key is NAME or SECTION.NAME. One thread.
+/// Names for values in settings structs. A file and the command line can set them, and people can read each value's
+/// meaning, unit and source. A key is NAME or SECTION.NAME. One thread.
 class SettingsTable {
  public:
   /// A number, also a whole one. The variable must outlive the table; its value now is the default.
-  /// @param word that stands for 0; empty: none
+  /// @param word another name of 0; empty: none
   template <typename Number>
   void add(const std::string& key, const std::string& unit, const std::string& what, Number& value,
            const Interval& interval, const std::string& word = "") {
@@ -30,7 +30,7 @@ class SettingsTable {
   /// @param choices empty: any text
   void add(const std::string& key, const std::string& what, std::string& value, std::vector<std::string> choices = {});
 
-  /// Takes what the file says. Refuses with file and line: keys that do not exist (with the nearest that does), wrong
+  /// Takes the file's values. Refuses with file and line: keys that do not exist (with the nearest that does), wrong
   /// types, numbers that are not finite or outside their interval, texts that are no choice. Then some may be set.
   Status load(const std::filesystem::path& file);
   /// @param origin where the value comes from, for people, e.g. "--rate"; begins the message if it is refused

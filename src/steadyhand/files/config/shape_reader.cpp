@@ -18,7 +18,7 @@ ShapeEntry read_sphere(YamlMap sphere) {
           Eigen::Isometry3d(Eigen::Translation3d(read_vector(sphere, "center", Vector3::Zero())))};
 }
 
-/// Of what has two ends: the shape's z along them, its origin half-way.
+/// For a shape with two ends: its z along them, its origin half-way.
 ShapeEntry between_ends(YamlMap& solid, double& half_length) {
   const Vector3 from = read_vector(solid, "from"), to = read_vector(solid, "to"), way = to - from;
   half_length = 0.5 * way.norm();

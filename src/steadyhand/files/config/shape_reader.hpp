@@ -5,10 +5,10 @@
 
 namespace steadyhand {
 
-/// A shape and where it is, in the frame that its file says.
+/// A shape and its pose, in the frame of its file.
 struct ShapeEntry {
   Shape shape;
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape's frame
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< pose of the shape's frame
 };
 
 /// Three numbers of a key, m.
@@ -19,8 +19,8 @@ Quaternion read_rpy(YamlMap& map, const std::string& key);
 /// Whose shapes are read: half-spaces are only in the world.
 enum class ShapesFor { kArm, kWorld };
 
-/// The one key of `solid` that names a shape, with what it holds: docs/how-to/add-a-robot.md, "Bodies". What is wrong
-/// is told by the mapping's finish(); the shape is then a harmless one.
+/// The one key of `solid` that names a shape, with what it holds: docs/how-to/add-a-robot.md, "Bodies". The mapping's
+/// finish() reports errors; the shape is then a harmless one.
 ShapeEntry read_shape(YamlMap& solid, ShapesFor whose);
 
 }  // namespace steadyhand

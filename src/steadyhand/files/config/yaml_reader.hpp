@@ -26,16 +26,16 @@ struct Interval {
   bool contains(double value) const { return (low_open ? value > low : value >= low) && value <= high; }
 };
 
-/// A finite number in decimal notation, whatever the locale; the error goes behind the name of what it is for.
+/// A finite number in decimal notation, in any locale; the error is to follow the value's name.
 Result<double> parse_number(const std::string& text);
 /// For people: "positive", "at least 4 and at most 500".
 std::string describe(const Interval& interval);
 
-/// One mapping of a YAML file, read strictly: a key that nobody asks for, a wrong type, a wrong size, a number that is
+/// One mapping of a YAML file, read strictly: a key that is never read, a wrong type, a wrong size, a number that is
 /// not finite or outside its interval are errors that name file, line, key, value, and what would be right.
 ///
-/// Reading goes on after an error with harmless values, so that a reader is a plain list of assignments; `finish()`
-/// tells the first error. Numbers are read with '.' whatever the locale.
+/// After an error, reading continues with harmless values, so that a reader is a plain list of assignments; `finish()`
+/// reports the first error. Numbers are read with '.' in any locale.
 class YamlMap {
  public:
   /// Parses a file that holds one mapping.
