@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVersion = 4;  ///< of the fitter and the reader of URDFs: another one finds other bodies
+constexpr int kVersion = 4;  ///< of fitter and URDF reader together: another one finds other bodies
 constexpr int kJudged = 20'000;
 
 /// FNV-1a, twice from different beginnings.
@@ -47,7 +47,7 @@ std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Of all that a fit depends on; nothing if the URDF has no geometry.
+/// Digest of everything that a fit depends on; nothing if the URDF has no geometry.
 Result<std::optional<std::string>> digest_of(const fs::path& urdf, const std::string& tip) {
   const Result<urdf::ModelInterfaceSharedPtr> model = read_urdf(urdf);
   if (!model) return model.error();
@@ -123,7 +123,7 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const std::string&
   if (!folder.empty() && fs::is_regular_file(kept, error)) {
     if (Result<RobotSettings> settings = load_robot_settings(kept, places)) {
       settings->urdf = *file;     // the same one may have moved
-      settings->locked.clear();   // so that what is assumed is reported
+      settings->locked.clear();   // assumptions are reported again
       settings->tool_link = tip;  // likewise
       Result<RobotModel> model = load_robot(*settings);
       if (model) {
