@@ -16,13 +16,13 @@ struct RecordingOptions {
   double until = std::numeric_limits<double>::infinity();  ///< s after the file's first sample; > from
 };
 
-/// Reads one of two formats, told apart by the extension `.json` or a first character `{` or `[`:
+/// Reads one of two formats, distinguished by the extension `.json` or a first character `{` or `[`:
 ///
 /// - CSV with the header `t,px,py,pz,qx,qy,qz,qw[,clutch]`, columns in any order: s, m, unit quaternion of the hand in
 ///   the operator's frame (z up), clutch 0 or 1. Without the clutch column the hand is engaged throughout.
 /// - A-Frame motion capture, {KEY: {"poses": [{"position": {x, y, z}, "rotation": {x, y, z}, "timestamp"}, ...]}}:
 ///   m, degrees (R = Ry Rx Rz, three.js order YXZ), ms, in WebXR axes: x right, y up, z backward. They are turned to
-///   robot axes (x forward, y left, z up) here, of the hand as of the room. Engaged throughout.
+///   robot axes (x forward, y left, z up) here, the hand's and the room's. Engaged throughout.
 ///
 /// Refuses, naming file, line or key, value and what would be right: files that cannot be read or are no such
 /// recording, numbers that are missing or not finite, times that repeat or go backwards or span over a day, positions

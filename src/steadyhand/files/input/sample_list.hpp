@@ -12,7 +12,7 @@ namespace steadyhand {
 /// formats obey the same rules.
 class SampleList {
  public:
-  /// As a file says it, in robot axes.
+  /// Values of the file, in robot axes.
   struct Row {
     double t = 0.0;  ///< s
     Vector3 p = Vector3::Zero();
