@@ -5,7 +5,7 @@
 
 namespace steadyhand {
 
-/// What stands around the arm from a time of a session on; what moves is there then.
+/// The obstacles around the arm from a time of a session on; moving ones have their poses of that time.
 struct CellChange {
   Time at{0};
   Cell cell;

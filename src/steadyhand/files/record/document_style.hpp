@@ -56,7 +56,7 @@ void check_pose(V& v, std::string_view name, const Eigen::Isometry3d& X) {
 template <typename V>
 void describe_solid(V& v, Shape& shape, Eigen::Isometry3d& origin) {
   v.choose("shape", "", shape.kind, [&](ShapeKind kind) {
-    Eigen::Isometry3d at = origin;  // a half-space has no sizes: what it has grown by, its origin tells
+    Eigen::Isometry3d at = origin;  // a half-space has no sizes: its origin includes its growth
     if (kind == ShapeKind::kHalfSpace) at = at * Eigen::Translation3d(0.0, 0.0, shape.radius);
     v.add("origin", "", "", at);
     double radius = kind == ShapeKind::kCylinder ? shape.core.x() : shape.radius, length = 2.0 * shape.core.z();

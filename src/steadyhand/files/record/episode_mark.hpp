@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// Something that was said of an episode of a session: a message on /episode. The last that says it counts.
+/// A mark of an episode of a session: a message on /episode. For each value, the last mark that sets it counts.
 struct EpisodeMark {
   enum class Kind {
     kBegin,
@@ -26,8 +26,8 @@ struct EpisodeMark {
   std::string notes;            ///< for people; empty: unchanged
 };
 
-/// Whether it reached the recording that its episode began in. Of an episode whose recording ends within it: kBegin,
-/// and not recorded.
+/// Whether it reached the recording in which its episode began. If the recording ends within the episode: kBegin, and
+/// not recorded.
 struct EpisodeOutcome {
   int episode = 0;
   EpisodeMark::Kind kind = EpisodeMark::Kind::kBegin;

@@ -21,7 +21,7 @@ namespace {
 using mcap::Opcode;
 
 constexpr std::uint64_t kHeadSize = 1 + 8;            ///< opcode and length of a record
-constexpr std::uint64_t kLargestRecord = 256u << 20;  ///< of what is read into memory; a chunk of ours has 1 MiB
+constexpr std::uint64_t kLargestRecord = 256u << 20;  ///< bytes, read into memory; our chunks have 1 MiB
 
 /// In a chunk, behind its times, size and checksum: how it is packed.
 constexpr std::string_view kZstd("\4\0\0\0zstd", 8);
@@ -345,13 +345,13 @@ class Reader {
   std::ifstream stream_;
   std::uint64_t size_ = 0, record_at_ = 0;
   std::uint64_t whole_until_ = 0;  ///< from where on the next chunk is looked for, if need be
-  std::string damaged_;            ///< what is wrong with the record that was read last
+  std::string damaged_;            ///< the error of the record that was read last
   bool loss_is_open_ = false;      ///< nothing was read since the last loss
   bool summary_is_read_ = false;
   static constexpr int kMostFalseChunks = 100;  ///< that are tried: to unpack each takes time
   int false_chunks_ = 0;
   std::uint64_t tried_ = 0;  ///< bytes read in search of a chunk
-  Time latest_{0};           ///< of the last message
+  Time latest_{0};           ///< log time of the last message
   Opcode opcode_{};
   std::string record_, chunk_;
   std::map<std::uint16_t, Channel> channels_;

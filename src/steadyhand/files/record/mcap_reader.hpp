@@ -30,7 +30,7 @@ struct McapLoss {
 /// "900 bytes at byte 5000 are damaged (a chunk whose checksum is wrong): messages from 1.000 s to 2.000 s are lost".
 std::string to_text(const McapLoss& loss);
 
-/// What an MCAP file is, beside its messages.
+/// An MCAP file's contents, except its messages.
 struct McapOverview {
   bool complete = false;       ///< it has its end; a file whose writer was killed has not
   std::uint64_t end = 0;       ///< bytes up to which it was read

@@ -119,7 +119,7 @@ Status McapWriter::write(std::uint16_t channel, Time log, Time publish, std::str
 Status McapWriter::flush() {
   if (error_) return *error_;
   if (chunk_.empty()) return Done{};
-  // A chunk that declares channels but has no message spans [0, 0], as the specification says.
+  // A chunk that declares channels but has no message spans [0, 0], as in the specification.
   if (chunk_span_.first > chunk_span_.last) {
     chunk_span_ = {0, 0};
   } else {

@@ -18,7 +18,7 @@ namespace steadyhand {
 struct McapSettings {
   std::size_t chunk_bytes = 1 << 20;                   ///< a chunk is written once it holds this much, uncompressed
   Time chunk_period = std::chrono::milliseconds(500);  ///< or once its messages span this much log time
-  int compression_level = 1;                           ///< of a file's zstd, 1 (fast) to 19
+  int compression_level = 1;                           ///< zstd's, for a file: 1 (fast) to 19
   bool replace = true;                                 ///< a file that is there; otherwise it is an error
 };
 
@@ -51,7 +51,7 @@ class McapWriter {
   std::uint16_t add_channel(const McapChannel& channel);
   /// A named table of text, e.g. what was recorded with which settings.
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
-  /// `log` must not be negative; `publish` is when what the message tells of happened.
+  /// `log` must not be negative; `publish` is the time of the event that the message reports.
   Status write(std::uint16_t channel, Time log, Time publish, std::string_view json);
   /// Writes the open chunk now. For a session in which no message has come for a while.
   Status flush();

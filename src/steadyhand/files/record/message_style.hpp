@@ -57,12 +57,12 @@ void describe(V& v, SplitTime& t) {
   v.add("nsec", "", "", t.nsec, within(0, 999'999'999));
 }
 
-/// Bytes, as text; nobody reads them.
+/// Bytes as text, which only programs read.
 struct Base64 {
   std::string_view bytes;
 };
 
-/// What is read of files: texts as somebody wrote them.
+/// Reads values of files: texts stay as they were written.
 struct FileStyle : PlainStyle {
   template <typename In, typename Json>
   static void read(In& in, const Json& json, std::string& value, const Limits&, std::string_view name) {
@@ -76,7 +76,7 @@ struct CellText {
   std::string json;
 };
 
-/// How recordings look: times and poses as Foxglove has them; null stands for every number that is not finite.
+/// How recordings look: times and poses as Foxglove has them; null for every number that is not finite.
 struct MessageStyle : FileStyle {
   static PointAndOrientation form_of(const Pose& X) { return {{X.p}, {X.q}}; }
   static Pose from_form(const PointAndOrientation& X, std::type_identity<Pose>) {

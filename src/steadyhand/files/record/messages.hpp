@@ -24,8 +24,8 @@
 #include "steadyhand/session/supervise/supervision.hpp"
 
 /// The messages of a recording, each described once: its schema, how it is written and how it is read. Where one of
-/// Foxglove's well-known schemas fits, it carries that name, so that viewers draw it; what our arrows hold beyond it
-/// are further members. What is of one of the topics that share a schema says so.
+/// Foxglove's well-known schemas fits, it carries that name, so that viewers draw it; our further values are
+/// further members. If topics share a schema, a member that only one of them has is described so.
 namespace steadyhand {
 
 /// A struct as recordings have it.
@@ -43,7 +43,7 @@ struct Message {
 template <typename T>
 Message(T*) -> Message<T>;
 
-/// Of what is written only.
+/// For a value that is only written.
 template <typename T>
 Message<T> message_of(const T& value) {
   return {const_cast<T*>(&value)};

@@ -16,7 +16,7 @@ using OrderedJson = nlohmann::ordered_json;  ///< keys in the order of docs/expl
 
 namespace json {
 
-/// Carries the first thing that is wrong out of nested readers; does not leave their room.
+/// Carries the first error out of nested readers; does not leave their module.
 struct Wrong {
   std::string message;
 };
@@ -24,7 +24,7 @@ struct Wrong {
 
 }  // namespace json
 
-/// {"name", "at_s", "objects": [{"name", "shape", "origin", sizes as of bodies in docs/explanation/formulation.md,
+/// {"name", "at_s", "objects": [{"name", "shape", "origin", sizes as for bodies in docs/explanation/formulation.md,
 /// "velocity", "margin", "color", "holds_only_tool", "attached", "may_be_touched_by"}]}. One line.
 /// @param at when its objects are where they say; without it there is no "at_s"
 std::string cell_json(const Cell& cell, std::optional<Time> at = {});
@@ -33,7 +33,7 @@ Cell read_cell_json(const OrderedJson& json, const std::string& key);
 /// What `steadyhand describe` prints of a robot: joints, tool, limits, bodies, pairs.
 /// @param indent spaces of each level; -1: on one line
 std::string robot_json(const RobotModel& model, int indent = -1);
-/// The robot again; without names of links but the base's, which are not told. Fails also for an arm that cannot be.
+/// Reads robot_json() back; it has no link names except the base's. Fails also for an impossible arm.
 RobotModel read_robot_json(const OrderedJson& json, const std::string& key);
 
 }  // namespace steadyhand

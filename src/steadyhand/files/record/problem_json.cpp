@@ -86,7 +86,7 @@ template <typename V>
 void describe(V& v, NearObstacle& near) {
   MovedNote moved{near.body};
   SolidNote solid;
-  if constexpr (kWrites<V>) {  // poses that nobody has set are not looked at
+  if constexpr (kWrites<V>) {  // poses that were never set are not read
     if (near.body >= kMaxBodies) moved.carried = note_of(near.carried);
     solid = note_of(near.obstacle);
   }

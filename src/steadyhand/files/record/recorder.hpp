@@ -23,7 +23,7 @@ struct RecorderSettings {
   bool live = false;                       ///< with the channels of a live session
   std::map<std::string, std::string> run;  ///< what was run with which settings; the file's metadata "run"
   std::vector<CameraInfo> cameras{};       ///< that film
-  bool cells = false;  ///< with the channel of what stands around the arm, which live sessions have anyway
+  bool cells = false;                      ///< with the obstacles' channel, which live sessions always have
 };
 
 /// Taps every arrow into one MCAP file, a topic per arrow. A message's log time is its `stamp.made` (t_s for a step),
@@ -42,7 +42,7 @@ class Recorder {
   Status write(const JointCommand& command);                        ///< /joint_command
   Status write(const JointState& state);                            ///< /joint_state
   Status write(const PlanStep& step);                               ///< /plan_step
-  // of a live session
+  // for live sessions
   Status write(const SupervisionChange& change);              ///< /supervision
   Status write(const SettingsChange& change);                 ///< /operator_settings
   Status write(Time at, const LiquidState& liquid);           ///< /liquid

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What it says. Throws what is wrong.
+/// Reads the message. Throws its error.
 template <typename M>
 void read(std::string_view text, M&& into) {
   const OrderedJson json = OrderedJson::parse(text);
@@ -50,7 +50,7 @@ PlanStep read_step(const McapMessage& message, bool is_first, RunNames& names) {
   return told.step;
 }
 
-/// What was felt between two looks stays, as a sum and the largest.
+/// Values between two samples are kept as their sum and the largest.
 void add_felt(Time at, double lateral, double period, std::vector<SessionFile::Felt>& felt) {
   if (!std::isfinite(lateral)) return;
   if (felt.empty() || to_seconds(at - felt.back().at) >= period - 1e-9) felt.push_back({at});
@@ -115,7 +115,7 @@ class CommandList {
 
   SessionFile* session_;
   std::size_t most_;
-  int in_last_ = 1;  ///< commands that the last stands for
+  int in_last_ = 1;  ///< commands merged into the last one
 };
 
 /// Everything that exceptions of the JSON library may leave.
@@ -259,9 +259,9 @@ Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts
 
 namespace {
 
-/// When it began, as DATE_TIME in UTC. A program may make several files, which all have its begin in their names, so
-/// what a file says itself comes first; one that says nothing, and that somebody gave another name, began no later than
-/// it was written.
+/// Start of the recording, as DATE_TIME in UTC. A program may make several files, all with the program's start in their
+/// names. Therefore the file's metadata comes first. A renamed file without metadata started no later than it was
+/// written.
 std::string begin_of(const SessionEntry& entry) {
   static const std::regex kDate(R"(^\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d)");
   const auto told = [&](const char* key) {

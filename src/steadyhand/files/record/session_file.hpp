@@ -26,18 +26,18 @@ struct SessionParts {
   double felt_period = 1.0 / 30.0;  ///< s, of each entry of `felt`
   bool changes = false;
   bool settings = false;
-  bool cells = false;       ///< what stood around the arm
+  bool cells = false;       ///< obstacles around the arm
   bool limits = false;      ///< what held the arm back
   bool statistics = false;  ///< what was counted
   bool episodes = false;    ///< what was said of episodes, and the states of a simulated scene
 };
 
-/// What Recorder has written, read back. Times count from the session's begin.
+/// Data that Recorder has written, read back. Times count from the session's begin.
 struct SessionFile {
   using Change = StateChange;
   using Limit = LimitChange;
 
-  /// The sideways force on the liquid, m/s^2, from `at` on until the next: as it was measured, not as it was planned.
+  /// The lateral specific force on the liquid, m/s^2, from `at` until the next: measured, not planned.
   struct Felt {
     Time at{0};
     double sum = 0.0, largest = 0.0;
@@ -52,25 +52,25 @@ struct SessionFile {
     double spilled_share = 0.0;  ///< the largest
   };
 
-  std::string name;  ///< of the file, without its extension
+  std::string name;  ///< the file's, without its extension
   McapOverview overview;
   RunNames names;                              ///< terms: as the first step has them; none without steps
   JointVector velocity_max, acceleration_max;  ///< rad/s, rad/s^2 (m...)
   std::vector<OperatorSample> samples;
   std::vector<PlanStep> steps;
   std::vector<JointCommand> commands;
-  int commands_merged = 1;  ///< that each but the last stands for: time of the first, largest |dq| and |ddq|
+  int commands_merged = 1;  ///< in each except the last: time of the first, largest |dq| and |ddq|
   std::vector<JointState> states;
   std::vector<Change> changes;
   std::vector<Limit> limits;
   std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
   std::vector<Felt> felt;                            ///< with the liquid; none in sessions of before it was recorded
   std::vector<Wave> waves;                           ///< with the liquid
-  SpillLog spills;                                   ///< of all that was recorded of the liquid
+  SpillLog spills;                                   ///< from all recorded states of the liquid
   std::vector<SessionStatistics> statistics;
   std::vector<EpisodeMark> episodes;
   std::vector<SceneLook> scenes;
-  std::vector<CellChange> cells;         ///< what stood around the arm; none in sessions of before there was that
+  std::vector<CellChange> cells;         ///< obstacles around the arm; none in sessions older than this channel
   std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that
 
   /// An entry of the metadata `run`; empty if it is not there.
@@ -78,8 +78,8 @@ struct SessionFile {
   double duration() const { return to_seconds(overview.last - overview.first); }  ///< s
 };
 
-/// Reads a session that a live session or a replay left behind, also one that was cut short. Refuses, beside what
-/// read_mcap refuses, files that are not ours and messages that do not fit.
+/// Reads the recording of a live session or a replay, even if it was cut short. Refuses files as read_mcap does, files
+/// of other programs, and messages that do not fit.
 Result<SessionFile> load_session(const std::filesystem::path& path, const SessionParts& parts);
 
 /// One session in a folder, without its messages.

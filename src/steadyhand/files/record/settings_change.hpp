@@ -9,7 +9,7 @@
 
 namespace steadyhand {
 
-/// What the operator has set, in force from here on: a message on /operator_settings.
+/// The operator's settings, in force from here on: a message on /operator_settings.
 struct SettingsChange {
   Time at{0};
   Weights weights;                ///< empty: as they were
@@ -19,10 +19,10 @@ struct SettingsChange {
   std::optional<bool> no_spill;   ///< plans spill nothing; so, too
   std::optional<double> fill;     ///< m of liquid in the glass; absent: as it was
   std::optional<double> latency;  ///< s, added on purpose to the hand's way; absent: none
-  std::string prediction;         ///< of the hand, by its name; empty: as it was
-  std::string profile;            ///< that these began with; empty: not told
+  std::string prediction;         ///< name of the hand's prediction; empty: as it was
+  std::string profile;            ///< from which these started; empty: not reported
 
-  /// Leaves out what a profile says.
+  /// Leaves out the profile's values.
   void keep_profile() {
     weights.clear();
     tilt.reset();

@@ -19,7 +19,7 @@ class SpillWatch {
  public:
   /// Share of the liquid that was lost in sight since the glass was full; absent: none. In the order of time.
   std::optional<double> see(const LiquidState& liquid) {
-    constexpr double kMore = 0.005;  // of the liquid, that an older spill goes on by unnoticed
+    constexpr double kMore = 0.005;  // share of the liquid by which an older spill may grow unnoticed
     if (!watches_ && liquid.spilled) before_ = liquid.spilled_share;
     watches_ = true;
     if (!liquid.spilled) before_.reset();
@@ -33,20 +33,20 @@ class SpillWatch {
 };
 
 /// Each time that the liquid went over the rim. Seen from every measurement, so that report and replay, which keep
-/// fewer of them, tell the same.
+/// fewer of them, report the same.
 class SpillLog {
  public:
   struct Spill {
     Time at{0};
     std::string profile;             ///< in force; each has what was lost while it was
     Time lost{0};                    ///< by when all of that share was gone
-    double share = 0.0;              ///< of the liquid, until the glass was full again or another profile led
-    double lateral = 0.0;            ///< m/s^2, the largest sideways force in the half second before; 0: not recorded
+    double share = 0.0;              ///< liquid lost until the glass was full again or the profile changed
+    double lateral = 0.0;            ///< m/s^2, largest lateral specific force in the 0.5 s before; 0: not recorded
     double lateral_until = 0.0;      ///< the same until all of that share was gone
     std::optional<Time> full_again;  ///< absent: not in this session
   };
 
-  /// In the order of time. @param profile in force; empty: nobody knows
+  /// In the order of time. @param profile in force; empty: unknown
   void see(Time at, const LiquidState& liquid, std::string_view profile = {}) {
     if (std::isfinite(liquid.lateral)) felt_.emplace_back(at, liquid.lateral);
     while (!felt_.empty() && to_seconds(at - felt_.front().first) > kBefore) felt_.pop_front();
@@ -78,7 +78,7 @@ class SpillLog {
 
  private:
   static constexpr double kBefore = 0.5;  ///< s, in which the liquid was pushed over the rim
-  static constexpr double kMore = 5e-4;   ///< of the liquid, that another profile must have lost to be named
+  static constexpr double kMore = 5e-4;   ///< share of the liquid that another profile must lose to be named
 
   void begin(Time at, std::string_view profile, double before) {
     Spill& begun = spills_.emplace_back();
@@ -93,7 +93,7 @@ class SpillLog {
   std::deque<std::pair<Time, double>> felt_;
   double before_ = 0.0;  ///< share that was lost under earlier profiles
   double booked_ = 0.0;  ///< share that was lost under all
-  double told_ = 0.0;    ///< of it, what was lost when `lost` was set
+  double told_ = 0.0;    ///< `booked_` when `lost` was set
   bool spilled_ = false;
 };
 

@@ -18,7 +18,7 @@ constexpr auto names_of(PlanOrigin) {
   return named("PlanOrigin", {Name{kSolved, "solved"}, Name{kFeasible, "feasible"}, Name{kPrevious, "previous"}});
 }
 
-/// What one planning step did: a row of plan.csv, a message on /plan_step, a point of every curve of the report.
+/// One planning step: a row of plan.csv, a message on /plan_step, a point of every curve of the report.
 struct PlanStep {
   double t_s = 0;                         ///< s, start of the plan
   Pose X_base_target;                     ///< newest target when the step began; controlled frame in base
@@ -29,20 +29,20 @@ struct PlanStep {
   Vector3 local_acceleration = kGravity;  ///< m/s^2, R' (p'' + g) of x_0, u_0: [0, 0, 9.81] when the glass is at rest
   double objective = 0;                   ///< J of the plan
   std::array<double, kMaxObjectives> shares{};  ///< what each term adds to J, in the order of the run's term names
-  int iterations = 0;                           ///< of the solver
+  int iterations = 0;                           ///< the solver's
   double solve_time_us = 0;                     ///< wall clock, us
   PlanOrigin status = PlanOrigin::kSolved;      ///< anything but kSolved counts as a failure
   double smallest_sphere_distance_m = 0;        ///< m, surface to surface, over all pairs and the nodes of the horizon
   bool engaged = false;                         ///< the arm followed the hand
-  /// Of each object of the cell, by name: m at `t_s`, without its margin, to the bodies that must not touch it.
+  /// m, by name of each object of the cell: distance at `t_s`, without margin, to the bodies that must not touch it.
   std::vector<std::pair<std::string, double>> object_distances;
 };
 
-/// What a run's steps and joints are called; the same for every step.
+/// Names of a run's joints and terms; the same for every step.
 struct RunNames {
   std::vector<std::string> joints;       ///< n
   std::vector<std::string> joint_units;  ///< n: "rad" or "m"
-  std::vector<std::string> terms;        ///< of the objectives, at most kMaxObjectives
+  std::vector<std::string> terms;        ///< the objectives' names, at most kMaxObjectives
 };
 
 /// Those of runs with these joints and objectives.

@@ -6,13 +6,13 @@
 
 namespace steadyhand {
 
-/// Makes what log and report tell of a planning step. One thread.
+/// Computes the data of a planning step for log and report. One thread.
 class StepDescriber {
  public:
   /// The model must outlive it.
   explicit StepDescriber(const RobotModel& model) : arm_(model) {}
 
-  /// What stands around the arm from here on: as it is at a time, in the clock of `describe`. None at first.
+  /// Obstacles around the arm from here on, as they are at a time in the clock of `describe`. None at first.
   Status set_cell(const Cell& cell, Time at);
   /// Motion, distances and what was solved; where the target was is left to the caller.
   /// @param horizon intervals of the plan, from `at` on, that the distances are of
