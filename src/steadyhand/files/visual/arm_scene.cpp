@@ -32,7 +32,7 @@ constexpr std::size_t kMostTriangles = 100'000;
 /// By link frame, then by colour (a hundredth each).
 using Scene = std::map<int, std::map<std::array<int, 3>, Surface>>;
 
-/// What one colour of a link is drawn from.
+/// The triangles of a link's one colour.
 struct Drawn {
   std::vector<Eigen::Vector3f> positions, normals;
   std::vector<std::uint32_t> corners;  ///< three of each triangle
@@ -169,7 +169,7 @@ class Gltf {
   }
 
  private:
-  static constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kCorners = 34963;  // of the standard
+  static constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kCorners = 34963;  // glTF's codes
 
   static std::string number(std::size_t value) {
     std::string bytes;
