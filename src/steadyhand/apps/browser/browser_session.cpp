@@ -9,7 +9,7 @@ namespace {
 constexpr Time kTickPeriod = std::chrono::milliseconds(100);
 constexpr Time kStatePeriod = std::chrono::milliseconds(16);
 constexpr double kMaxRate = 250.0;  ///< messages a second, of a client
-constexpr int kMaxClients = 8;      ///< the page, and who looks over its shoulder
+constexpr int kMaxClients = 8;      ///< the page, and observers
 
 }  // namespace
 
@@ -63,7 +63,7 @@ Result<std::unique_ptr<BrowserSession>> BrowserSession::make(BrowserSetup setup,
     if (s.on_command) s.on_command(command);
   };
   s.session_->start(std::move(taps));
-  // So that there is something to see until somebody takes over, as in the program.
+  // Something moves until an operator takes control, as in the program.
   if (!told.recordings.empty()) {
     (void)s.operator_interface_->apply({OperatorRequest::Kind::kPlayback, told.recordings.front().name, 0.0},
                                        s.clock_.now());

@@ -16,19 +16,19 @@
 namespace steadyhand {
 
 /// A session with a simulated arm and its operators, on one thread and without sockets, as a page's Worker runs it.
-/// Its clock follows that of its caller, and makes up for up to kLongestGap at once. Of a longer pause (a tab that the
-/// browser froze, a machine that slept) the rest did not happen: the clock stands still, and whoever leads must grip
-/// afresh. A recorded hand goes on after a hiccup, as it stood still, too.
+/// Its clock follows its caller's, and makes up for up to kLongestGap at once. The rest of a longer pause (a frozen
+/// tab, a sleeping machine) is left out: the clock stops, and the operator must engage again. A recorded hand continues
+/// after a hiccup, as it stopped, too.
 class BrowserSession {
  public:
   static constexpr Time kLongestGap = std::chrono::milliseconds(250);
-  /// Less than a second: timers of a tab that nobody sees come that seldom, and nothing shall move there.
+  /// Less than a second: timers of a hidden tab fire once a second, and nothing shall move there.
   static constexpr Time kLongestHiccup = std::chrono::milliseconds(900);
 
   /// Fails as LiveSession::make.
   /// @param wall what planning is timed with; empty: nothing is, and the same messages make the same session
   /// @param rate_hz planning steps a second; 0: what this machine sustains, which takes a wall
-  /// @param keep who keeps what is recorded when the operator asks for it; empty: nothing can be recorded
+  /// @param keep gets the recordings that the operator requests; empty: nothing can be recorded
   static Result<std::unique_ptr<BrowserSession>> make(BrowserSetup setup, std::function<Time()> wall,
                                                       double rate_hz = 0.0, KeptRecordings::Keep keep = {});
 
@@ -43,7 +43,7 @@ class BrowserSession {
   const OneThreadSession& session() const { return *session_; }
   /// Pauses that were left out so far.
   std::uint64_t pauses() const { return pauses_; }
-  /// What of them did not happen, altogether.
+  /// Total time that was left out of these pauses.
   Time left_out() const { return left_out_; }
   /// Called for every command, some milliseconds later; for tests.
   std::function<void(const JointCommand&)> on_command;
@@ -61,7 +61,7 @@ class BrowserSession {
   ServerFacts facts_;
   ServerCallbacks callbacks_;
   std::unique_ptr<Hub> hub_;
-  std::optional<Time> behind_;  ///< of the caller's clock: what the session's is behind it; none: not begun
+  std::optional<Time> behind_;  ///< how far the session's clock is behind the caller's; none: not started
   Time next_tick_{0}, next_state_{0};
   std::uint64_t pauses_ = 0;
   Time left_out_{0};

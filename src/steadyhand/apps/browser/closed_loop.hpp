@@ -5,7 +5,7 @@
 
 #include "steadyhand/apps/browser/setup_json.hpp"
 
-/// What shows that a build plans as another one does.
+/// A check that a build plans as another one does.
 namespace steadyhand {
 
 /// Plans that follow each other along made-up hands, of which a new one begins every 20 plans: JSON with "plans", of
@@ -14,7 +14,7 @@ namespace steadyhand {
 Result<std::string> closed_loop(const BrowserSetup& setup, int profile, int problems,
                                 const std::function<Time()>& wall);
 
-/// The commands of a session that plays its first recording, on a clock of its own, at 50 plans a second: JSON with
+/// The commands of a session that plays its first recording, on a separate clock, at 50 plans a second: JSON with
 /// "commands", of each q and dq in a row. Fails as BrowserSession::make.
 Result<std::string> commands_of(BrowserSetup setup, double seconds);
 

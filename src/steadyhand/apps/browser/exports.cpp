@@ -58,7 +58,7 @@ struct Client {
 
 std::unique_ptr<BrowserSession> session;
 std::map<unsigned, Client> clients;
-std::string answer;  ///< of the last call that has one
+std::string answer;  ///< from the last call that has one
 
 Time wall() {
   static MonotonicClock clock;

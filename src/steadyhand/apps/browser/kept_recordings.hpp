@@ -9,7 +9,7 @@
 
 namespace steadyhand {
 
-/// Recordings that somebody keeps who has no files: their bytes go there as they come, uncompressed.
+/// Recordings for a caller without files: `keep` gets their bytes as they come, uncompressed.
 class KeptRecordings final : public RecordingPlace {
  public:
   /// Bytes that follow those before; none when the recording is complete.
