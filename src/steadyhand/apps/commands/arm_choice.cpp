@@ -27,7 +27,7 @@ namespace steadyhand {
 namespace {
 
 constexpr Time kTimeout = std::chrono::seconds(2);
-constexpr double kFirstSpeed = 0.25;  ///< of a real arm: in its first moves, and until asked for more
+constexpr double kFirstSpeed = 0.25;  ///< a real arm's: in its first moves, and until more is requested
 
 std::string follows(const ArmChoice& choice, double speed) {
   const bool slow_first = choice.first_speed_scaling() < 1.0 && choice.first_moves > 0.0;
@@ -38,7 +38,7 @@ std::string follows(const ArmChoice& choice, double speed) {
   return fmt::format("it follows the hand at {:.0f} % of its speed and acceleration{}", 100.0 * speed, first);
 }
 
-/// What is to be said if liquid would leave the glass where the arm stands; else nothing.
+/// A note if liquid would leave the glass in the arm's present pose; otherwise empty.
 [[maybe_unused]] std::string note_on_tilt(const RobotModel& model, const GlassSettings& glass, const JointVector& q) {
   Kinematics kinematics(model);
   kinematics.set_position(q);

@@ -24,9 +24,9 @@ struct ArmChoice {
   bool calibration = true;      ///< take a UR's kinematics from the arm, of the settings
   /// Null: there is none of this name.
   const ArmKind* kind() const { return find_arm_kind(arm); }
-  /// Takes what was not said from the settings; they tell the arm that was chosen then.
+  /// Takes values that were not given from the settings, and sets the chosen arm in the settings.
   void complete(SessionSettings& settings);
-  /// `speed`, or what stands for none.
+  /// `speed`, or the arm's default.
   double speed_scaling() const;
   /// What the first moves keep to of that, see PlanningSettings::first_speed_scaling.
   double first_speed_scaling() const;
@@ -36,9 +36,9 @@ void add_arm_options(CommandLine& command, ArmChoice& choice);
 /// --host and the ports alone, for commands that only listen.
 void add_host_options(CommandLine& command, ArmChoice& choice);
 
-/// Says what is about to move, and asks, unless --yes said it.
+/// Shows what is about to move, and asks for confirmation unless --yes is given.
 Status confirm(const ArmChoice& choice, const std::string& what);
-/// Takes the kinematics that a UR's factory measured from the arm, if it tells; says what it did.
+/// Reads from the arm the kinematics that a UR's factory measured, if the arm reports them; prints what it did.
 Status take_calibration(const ArmChoice& choice, RobotModel& model);
 /// Checks the choice, of whose kind there is one from then on, asks once before anything that can move hardware, and
 /// lowers the model's limits to the share.

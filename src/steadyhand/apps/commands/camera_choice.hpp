@@ -12,16 +12,16 @@
 
 namespace steadyhand {
 
-/// Which cameras film, as the command line says it: --camera, again and again.
+/// The cameras that film, from the command line: --camera, which may be repeated.
 struct CameraChoice {
   std::vector<std::string> cameras;  ///< NAME, NAME=DEVICE or NAME=FILE, or only "none"; empty: those of the task
 };
 
 void add_camera_options(CommandLine& command, CameraChoice& choice);
 
-/// The cameras that were chosen; null: none. Without a choice those of the task, and where they cannot be had, `note`
-/// says why and there are none. Before the arm's first cycle; arm and clock must outlive them. Fails on what cannot be
-/// read, on names that the scene does not have, and where this program was built without cameras.
+/// The cameras that were chosen; null: none. Without a choice those of the task; if they are not available, there
+/// are none and `note` has the reason. Before the arm's first cycle; arm and clock must outlive them. Fails on what
+/// cannot be read, on names that the scene does not have, and where this program was built without cameras.
 /// @param like size and rate of each
 Result<std::unique_ptr<Cameras>> open_cameras(const CameraChoice& choice, const Task& task, const CameraInfo& like,
                                               Arm& arm, Clock& clock, std::string& note);

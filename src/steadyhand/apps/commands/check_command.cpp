@@ -37,7 +37,7 @@ namespace steadyhand {
 namespace {
 
 constexpr Time kTimeout = std::chrono::seconds(3);
-constexpr double kMachineShare = 0.1;  ///< of the time, in which only this machine's waking is measured
+constexpr double kMachineShare = 0.1;  ///< share of the time in which only this machine's wake-ups are measured
 constexpr int kPriority = 80;
 constexpr int kUnlockSeconds = 8;       ///< for which a protective stop is asked to be unlocked
 constexpr double kLightestTool = 0.05;  ///< kg; no gripper weighs less
@@ -95,7 +95,7 @@ void print_panel(const Options& options, const ControllerVersion& version, const
     const auto answer = (*panel)->unlock_protective_stop();
     const std::string& said = answer ? *answer : answer.error().message;
     std::cout << fmt::format("{}unlock protective stop: {}\n", name, said) << std::flush;
-    // Some software refuses for 5 s, so that somebody sees why it stopped.
+    // Some software refuses for 5 s, so that a person sees why it stopped.
     if (said.find("5s") == std::string::npos || signals.arrived_within(std::chrono::milliseconds(999))) break;
   }
   for (const UrPanel::Line& line : (*panel)->state()) std::cout << name << line.question << ": " << line.answer << "\n";
@@ -266,7 +266,7 @@ std::string describe_margins(const RobotModel& model, const Cell& cell, const st
       off < margin ? "by the arm, too" : "by the commands, not by the arm");
 }
 
-/// What the stage does, in words for who is asked whether it may.
+/// Describes the stage's motion to the person who is asked to allow it.
 std::string describe_stage(Stage stage, double seconds) {
   const StageMotion m = motion_of(stage);
   if (stage == Stage::kHold) return fmt::format("our program holds it at its position for {:g} s", seconds);
@@ -299,7 +299,7 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
   } else if (Status s = check_stage(stage, *model, (*arm)->receive().joints.q); !s) {
     return s;
   }
-  const auto lead = [&] {  // on a thread of its own, which alone is given priority
+  const auto lead = [&] {  // on a separate thread, the only one with priority
     const AwakeProcessors awake;
     (void)lock_memory();
     (void)make_realtime(kPriority);

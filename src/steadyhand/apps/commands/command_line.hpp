@@ -18,7 +18,7 @@ class Option;
 
 namespace steadyhand {
 
-/// A command line, or a subcommand's. CLI11 stands behind it in one file: it takes seconds to compile.
+/// A command line, or a subcommand's. Only one file includes CLI11: it takes seconds to compile.
 class CommandLine {
  public:
   /// An option that was added; -> chains, as with CLI11.
@@ -36,7 +36,7 @@ class CommandLine {
    private:
     CLI::Option* option_;
   };
-  /// What an option may fill in.
+  /// Variables that an option may set.
   using Target = std::variant<bool*, int*, std::uint16_t*, std::uint32_t*, std::uint64_t*, double*, std::optional<int>*,
                               std::optional<double>*, std::string*, std::filesystem::path*, std::vector<int>*,
                               std::vector<std::string>*>;
@@ -62,11 +62,11 @@ class CommandLine {
   void version(const std::string& text);      ///< what --version prints
 
   bool given(const std::string& option) const;
-  /// The options that were given and their values, as one would type them, but for `without`.
+  /// The options that were given and their values, as one would type them, except `without`.
   std::string as_typed(const std::string& without) const;
   std::vector<std::string> subcommands() const;
 
-  /// False: --help or --version was asked for, and is answered on stdout. An Error says what was wrong.
+  /// False: --help or --version was asked for, and is answered on stdout. An Error has the reason.
   Result<bool> parse(int argc, char** argv);
 
  private:

@@ -24,7 +24,7 @@ constexpr double kLongestDelay = 0.3;  // s
 constexpr double kApart = 0.01;        // m, between bodies, at least
 constexpr double kRest = 0.5;          // s, for which an arm at rest is still sent where it is
 
-/// q0 + way / 2 (1 - cos w t), to and fro in whole periods, and rest.
+/// q0 + way / 2 (1 - cos w t), back and forth in whole periods, then rest.
 struct Swing {
   JointVector q0, way;
   double w = 0.0, end = 0.0;

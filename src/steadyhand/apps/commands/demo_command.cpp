@@ -30,7 +30,7 @@ namespace steadyhand {
 namespace {
 
 constexpr Time kRestWithin = std::chrono::milliseconds(2500);
-constexpr Time kReaderPatience = std::chrono::seconds(1);  ///< at the end, with who reads what is printed
+constexpr Time kReaderPatience = std::chrono::seconds(1);  ///< at the end, for the reader of the output
 
 constexpr int kHalted = 1;  ///< exit code
 
@@ -95,7 +95,7 @@ Status check(const Options& options, const SessionSettings& settings) {
   return Done{};
 }
 
-/// A recorded hand does not see what a real arm does, and nobody holds its clutch.
+/// A recorded hand does not see what a real arm does, and no operator holds its clutch.
 Status check_hand(const Options& options, const SessionSettings& settings) {
   if (options.arm.kind() == nullptr || !options.arm.kind()->hardware) return Done{};
   if (options.keep_going)
@@ -120,7 +120,7 @@ struct EndOfRos2 {
   ~EndOfRos2() { ros2.close(); }
 };
 
-/// Brings the arm to rest; asked again meanwhile, as fast as its limits allow.
+/// Stops the arm; on a second signal meanwhile, as fast as its limits allow.
 void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) {
   session.ask_stop();
   const Time until = clock.now() + kRestWithin;
@@ -146,7 +146,7 @@ void add_arm_scene(const std::string& name, const std::string& tip, const RobotM
   }
 }
 
-/// What the session is of, chosen by options and settings.
+/// Parts of the session, chosen by options and settings.
 struct Chosen {
   std::vector<NamedRecording> recordings;
   RobotModel model;
@@ -244,7 +244,7 @@ Status run(Options options, int& exit_code) {
   const RobotModel& model = chosen->model;
 
   const StopSignals signals;
-  OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for who reads it
+  OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for its reader
   MonotonicClock clock;
   const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, model, settings, clock);
   if (!arm) return arm.error();
@@ -276,7 +276,7 @@ Status run(Options options, int& exit_code) {
                            [&out](const std::string& text) { out.say(text); });
       !s)
     return s;
-  // With a page too, so that there is something to see until somebody takes over. No real arm begins so, and no task.
+  // With a page too, something moves until an operator takes control. A real arm or a task never starts this way.
   const bool shows = !(*arm)->info().hardware && settings.task.name.empty();
   const bool plays = (options.headless || shows) && settings.ros2.hand.empty();
   if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());

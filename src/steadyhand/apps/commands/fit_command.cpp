@@ -30,7 +30,7 @@ struct Options {
   std::string command;
 };
 
-/// Beside the file until it is whole.
+/// Written next to the file until it is complete.
 fs::path draft_of(const fs::path& file) { return file.string() + fmt::format(".{}.part", getpid()); }
 
 /// The file is there whole or, as before, not at all.

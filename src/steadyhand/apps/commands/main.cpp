@@ -49,8 +49,8 @@ const std::map<std::string, std::string> kLeftOut = {
 #endif
 };
 
-/// Descriptors that who started us had closed: whatever is opened next would get their numbers, and a recording what is
-/// meant for people. Reading and writing them fails as if they were closed.
+/// Opens the standard descriptors that are closed at the start. Otherwise the next file opened would get their number,
+/// and a recording would get messages meant for people. Reading and writing them fails as if they were closed.
 void keep_standard_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(descriptor, F_GETFD) >= 0) continue;
@@ -59,7 +59,7 @@ void keep_standard_descriptors() {
 }
 
 int fail(const std::string& message) {
-  steadyhand::OutputQueue(STDERR_FILENO).say("steadyhand: " + message + "\n");  // ends even if nobody reads it
+  steadyhand::OutputQueue(STDERR_FILENO).say("steadyhand: " + message + "\n");  // ends even if no process reads it
   return kBadInput;
 }
 

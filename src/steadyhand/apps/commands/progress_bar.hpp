@@ -5,8 +5,8 @@
 
 namespace steadyhand {
 
-/// One line on stderr that is redrawn: which run, how far, and the time left, estimated from the time taken so far. Off
-/// a terminal it says one line per run instead, or, of one run in steps, one per step.
+/// One line on stderr that is redrawn: which run, how far, and the time left, estimated from the time taken so far.
+/// Without a terminal it prints one line per run instead or, for a single run in steps, one per step.
 class ProgressBar {
  public:
   /// @param doing what is said of each run off a terminal

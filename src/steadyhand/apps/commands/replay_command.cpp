@@ -43,8 +43,8 @@ struct ReplayOptions {
   fs::path out = "out";
   std::string tip;
   bool dump_problems = false, no_fit = false;
-  std::vector<SettingsChange> changes;  ///< of a session's settings
-  std::vector<CellChange> cells;        ///< of what stood around its arm
+  std::vector<SettingsChange> changes;  ///< to a session's settings
+  std::vector<CellChange> cells;        ///< to the obstacles around its arm
   std::string command;                  ///< as typed, for the report
   bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false,
        own_cell = false;  ///< given on the command line

@@ -40,7 +40,7 @@ Status list(const Options& options) {
   return Done{};
 }
 
-/// What a page asks for, to stdout; this process then runs beside one that moves an arm.
+/// Answers a page's request on stdout; this process then runs next to one that moves an arm.
 Status answer(const Options& options) {
   be_modest();
   Result<FreshPage> page = Error{};

@@ -8,8 +8,8 @@
 
 namespace steadyhand {
 
-/// The robot that a command is told to use. A bare URDF gets bodies fitted to its meshes, unless `no_fit`; what is done
-/// is said on stderr.
+/// The robot that the user chose for a command. A bare URDF gets bodies fitted to its meshes, unless `no_fit`; stderr
+/// reports it.
 /// @param tip link of a bare URDF that carries the tool; empty: the end of its longest chain
 Result<RobotModel> choose_robot(const std::string& name, const std::string& tip, const Places& places, bool no_fit);
 

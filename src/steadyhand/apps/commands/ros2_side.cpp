@@ -43,8 +43,7 @@ Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const Se
   return take_scene(session, clock);
 }
 
-/// What a message changes is in the cell before the next one is looked at. What it cannot be is said,
-/// once a second at most.
+/// Each message changes the cell before the next one is read. A refused change is reported, once a second at most.
 Status Ros2Side::take_scene(LiveSession& session, const Clock& clock) {
   return bridge_->listen_to_scene([this, &session, &clock](const Result<SceneChange>& change) {
     const Time now = clock.now();

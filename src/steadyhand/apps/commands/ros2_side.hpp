@@ -15,8 +15,8 @@ namespace steadyhand {
 class Ros2Bridge;
 class SceneKeeper;
 
-/// A session's side towards a ROS 2 domain, beside the arm: RViz, poses from a topic as the operator's hand, which
-/// count only while nobody leads the arm at the page, and objects of MoveIt's.
+/// A session's connection to a ROS 2 domain, apart from the arm: RViz, poses from a topic as the operator's hand, and
+/// MoveIt's objects. The poses count only while no client at the page has control.
 class Ros2Side {
  public:
   Ros2Side();
@@ -27,7 +27,7 @@ class Ros2Side {
               LiveSession& session, OperatorInterface& operator_interface, std::function<void(std::string)> say);
   /// Leaves: no callback comes after it.
   void close();
-  /// Somebody at the page leads the arm, or nobody. Any thread.
+  /// Whether a client at the page has control. Any thread.
   void lead_at_page(bool somebody) { at_page_ = somebody; }
   /// Call every few milliseconds.
   void poll(Time now, const LiveSession& session);

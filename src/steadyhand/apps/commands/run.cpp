@@ -16,7 +16,7 @@ namespace steadyhand {
 
 namespace {
 
-/// CLI11 would only say that a command is missing.
+/// CLI11 would only report that a command is missing.
 std::optional<std::string> unknown_command(const CommandLine& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return std::nullopt;
   const std::vector<std::string> known = app.subcommands();

@@ -10,20 +10,20 @@
 
 namespace steadyhand {
 
-/// What the command line says of a live session's settings.
+/// A live session's settings from the command line.
 struct SettingsOptions {
   struct Given {
     std::string key, value, option;
   };
   std::filesystem::path file;
   std::vector<std::string> assignments;  ///< KEY=VALUE
-  std::vector<Given> given;              ///< options of their own
+  std::vector<Given> given;              ///< by dedicated options
 
   /// Defaults, then the file, then the options, then the assignments; the last word counts.
   Status apply(SettingsTable& table) const;
 };
 
-/// Who leads: an operator, or a script, for which some settings are decided.
+/// The arm is controlled by an operator, or by a script, for which some settings are fixed.
 enum class OptionsFor { kOperator, kTasks };
 
 /// Adds --settings, --set, and options for what is set most. `options` must live as long as the command.

@@ -8,8 +8,8 @@
 
 namespace steadyhand {
 
-/// Reads the task that the settings name, and takes its robot where nobody has said one. Where contact is not to stop
-/// the arm its way off the commands is no fault. Fails where the arm that was chosen has no contact, or as load_task.
+/// Reads the task that the settings name, and takes its robot if none was chosen. If contact is not to stop the arm,
+/// deviation from the commands is no fault. Fails if the chosen arm has no contact, or as load_task.
 Status choose_task(const ArmChoice& choice, const Places& places, const SettingsTable& table,
                    SessionSettings& settings);
 
@@ -19,7 +19,7 @@ Status take_task(const RobotModel& model, SessionSettings& settings);
 /// What the page draws of the things that the task places, see placed_solids.
 Result<std::vector<std::pair<int, CellObject>>> solids_of(const Task& task, const RobotModel& model);
 
-/// What a recording tells of a task, as metadata.
+/// A task's metadata in a recording.
 std::map<std::string, std::string> describe_task(const Task& task);
 
 }  // namespace steadyhand

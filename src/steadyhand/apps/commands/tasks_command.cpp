@@ -23,7 +23,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kRate = 50.0;  // Hz, of planning, where the settings do not say it
+constexpr double kRate = 50.0;  // Hz, of planning, if the settings have none
 constexpr int kMostEpisodes = 100000;
 
 struct TasksOptions {
