@@ -15,7 +15,7 @@ namespace steadyhand::python {
 
 namespace {
 
-constexpr double kRigid = 1e-3;  ///< of a rotation's entries, as of a quaternion's length
+constexpr double kRigid = 1e-3;  ///< tolerance of a rotation's entries, the same as for a quaternion's length
 constexpr double kLatest = 9e9;  ///< s, that a Time holds
 
 std::atomic<int> threads_unlocked{0}, threads_staying{0};
@@ -40,7 +40,7 @@ void end_threads() {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   const bool alone = nb::cast<int>(nb::module_::import_("threading").attr("active_count")()) <= 1;
-  if (!alone) nb::set_leak_warnings(false);  // what daemons use is never freed
+  if (!alone) nb::set_leak_warnings(false);  // objects that daemon threads use are never freed
 }
 
 }  // namespace

@@ -47,8 +47,8 @@ inline void check(const Status& status) {
   if (!status) throw Refused(status.error().message);
 }
 
-// ---- Python's lock. When the interpreter ends, threads that still run are unwound as they ask for it, which C++
-// answers with an abort. So from then on they ask for it no more: they stay where they are until the process has ended.
+// ---- Python's lock. When the interpreter ends, a running thread that asks for the lock is unwound, and C++ aborts.
+// Therefore from then on threads do not ask for it: they stay where they are until the process has ended.
 /// Without the lock while this lives.
 class Unlocked {
  public:

@@ -10,7 +10,7 @@
 namespace steadyhand::python {
 
 /// An objective written in Python: `term` has value(q, dq, u, T_reference, weight), gradient(...) and hessian(...). It
-/// is called under Python's lock, from whatever thread solves. What it raises is kept, the solver sees NaN, and
+/// is called under Python's lock, from the thread that solves. Its exception is kept, the solver sees NaN, and
 /// raise_error() throws it where Python is the caller.
 class PythonObjective final : public Objective {
  public:

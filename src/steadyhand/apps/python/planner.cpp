@@ -42,7 +42,7 @@ nb::tuple to_tuple(const JointCommand& command) {
   return nb::make_tuple(from_vector(command.q), from_vector(command.dq), from_vector(command.ddq));
 }
 
-/// What Planner and Pipeline of Python are made of.
+/// Common parts of Python's Planner and Pipeline.
 class Stages {
  public:
   Stages(const Robot& robot, const PipelineSettings& settings, const Cell& cell)
@@ -124,7 +124,7 @@ class Stages {
     last_ = now;
   }
 
-  /// @param t s, when what moves is where it says
+  /// @param t s, when moving objects are at their given poses
   void set_cell(const Cell& cell, double t) {
     const Turn turn(busy_);
     Obstacles obstacles = value_of(obstacles_of(cell, pipeline_->model()));

@@ -201,7 +201,7 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
     for (SettingsChange& change : settings.changes) change.scale = settings.pipeline.retarget.scale;
   if (options.contains("weights_fixed"))
     for (SettingsChange& change : settings.changes) change.keep_profile();
-  // Ctrl-C, and what an objective raises, end it: nobody waits for the rest of an hour's recording.
+  // Ctrl-C and exceptions of an objective end it: a user need not wait for the rest of an hour's recording.
   auto looked = std::chrono::steady_clock::now();
   ReplayTaps taps;
   taps.progress = [&](double) {
@@ -269,7 +269,7 @@ nb::dict read_session(const std::string& path) {
   return answer;
 }
 
-/// Topic and bytes of each message whose topic begins so; of each topic, what its channel says.
+/// Topic and bytes of each message whose topic begins with `topics`; for each topic, its channel's metadata.
 nb::tuple read_messages(const std::string& path, const std::string& topics) {
   std::vector<std::pair<std::string, std::string>> messages;
   std::map<std::string, std::map<std::string, std::string>> about;

@@ -12,7 +12,7 @@ namespace steadyhand::python {
 
 namespace {
 
-/// A run of a task, and who may lead it: hands of Python's, the scripted operator, a policy.
+/// A run of a task, and what may control it: hands from Python, the scripted operator, a policy.
 struct Simulation {
   TaskStage stage;
   std::unique_ptr<TaskRun> run;
