@@ -18,15 +18,15 @@
 
 namespace steadyhand {
 
-/// What all runs of a task have in common.
+/// Common parts of all runs of a task.
 struct TaskStage {
   RobotModel model;
   ChainDynamics dynamics;
   Task task;
   Profile profile;
   MujocoSettings mujoco;
-  LiveSettings live;  ///< but for what the profile says; its cell is what stands around the arm without the task
-  std::vector<std::pair<int, CellObject>> solids;  ///< of what the task places
+  LiveSettings live;  ///< except the profile's values; its cell has the obstacles without the task's
+  std::vector<std::pair<int, CellObject>> solids;  ///< what the task places
 
   /// Planning at this rate (Hz), a hand's motion is the tool's. Fails as open_task, open_robot, open_dynamics,
   /// load_profile and open_cell.
@@ -35,8 +35,8 @@ struct TaskStage {
                                 double rate_hz, const Places& places = Places::standard());
 };
 
-/// A task in virtual time, as fast as the machine can: a live session with its desk, an arm in a scene, and the judge
-/// take turns on one thread. Whoever leads does so as on any session: by hands, and by a policy.
+/// A task in virtual time, as fast as the machine can: a live session with its operator interface, an arm in a scene,
+/// and the judge take turns on one thread. Hands and policies control the arm as in any session.
 class TaskRun {
  public:
   /// Stage must outlive it. Fails as MujocoArm::make and OneThreadSession::make.
@@ -50,7 +50,7 @@ class TaskRun {
   /// Completes the recording. @return where it is, or what failed, for people
   std::vector<std::string> finish_recording();
 
-  /// Called 100 times a second with what there is to see; feeds hands and targets to desk(). Before the first step.
+  /// Called 100 times a second with the session's state; feeds hands and targets to desk(). Before the first step.
   std::function<void(const SessionSnapshot&)> on_look;
   /// One cycle of the arm, and what is due by then.
   void step();
@@ -62,7 +62,7 @@ class TaskRun {
   const TaskProgress& progress() const { return judge_.progress(); }
   const SessionSnapshot& look() const { return look_; }
   bool ready() const { return ready_; }           ///< the arm and the scene have been seen
-  const Status& fault() const { return fault_; }  ///< of the scene's things in the cell
+  const Status& fault() const { return fault_; }  ///< first error of the scene's things in the cell
   /// Done, out of time, halted or at fault.
   bool is_over() const { return judge_.progress().success || session_->is_halted() || !fault_; }
 
