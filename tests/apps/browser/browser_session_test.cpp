@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// A hand that goes to and fro for ten seconds, and two profiles.
+/// A hand that moves back and forth for ten seconds, and two profiles.
 BrowserSetup some_setup() {
   BrowserSetup setup;
   setup.robot = ur5e();
@@ -53,7 +53,7 @@ class Page final : public Outbox {
   void say(std::string_view text) { session_->receive(number_, text, now()); }
   void request(std::string_view kind) { say(fmt::format(R"({{"type":"request","kind":"{}"}})", kind)); }
   void record(bool on) { say(fmt::format(R"({{"type":"request","kind":"record","value":{}}})", on ? 1 : 0)); }
-  /// Time goes on, 8 ms at a time, with the hand, which goes up while it is closed.
+  /// Advances time in steps of 8 ms, together with the hand, which rises while the clutch is closed.
   void go_on(double seconds) {
     for (const double end = t + seconds; t < end; t += 0.008) {
       if (!grips) since_ = t;
@@ -232,7 +232,7 @@ TEST(BrowserSession, ARecordedHandGoesOnAfterAHiccupOnly) {
   EXPECT_LT(page.fastest(), 1e-3);
 }
 
-/// Timers of a tab that nobody sees may come once a second.
+/// Timers of a hidden tab may fire only once a second.
 TEST(BrowserSession, AThrottledTabLeavesTheArmAtRestAndGoesOn) {
   const auto session = make_session(some_setup());
   Page page(*session);

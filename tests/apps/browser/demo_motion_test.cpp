@@ -27,7 +27,7 @@ Recording aside() {
 /// In which axes the hand's translation and its rotation count.
 class DemoMotion : public testing::TestWithParam<std::pair<MotionFrame, MotionFrame>> {};
 
-/// Led elsewhere by a person, the arm comes back to where the session began before the motion leads it.
+/// If an operator has moved the arm elsewhere, the motion first returns it to where the session began.
 TEST_P(DemoMotion, BeginsWhereTheSessionBegan) {
   SteppedClock clock({});
   SimulatedArm arm(ur5e(), ur5e().home, {}, clock);

@@ -8,7 +8,7 @@
 namespace steadyhand {
 namespace {
 
-/// A hand that leads an arm on a machine of which the test says how fast it plans.
+/// A hand that controls an arm on a machine whose planning time the test sets.
 struct PlannerRate : testing::Test {
   void begin(double rate_hz) {
     LiveSettings settings = operator_defaults();

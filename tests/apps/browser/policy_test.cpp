@@ -14,8 +14,8 @@ namespace {
 using Kind = OperatorRequest::Kind;
 using State = SupervisionState;
 
-/// A whole session in virtual time: a policy that says where the tool is to be, and a person whose hand is at the same
-/// desk.
+/// A whole session in virtual time: a policy that sends the tool's target, and a person with a hand at the same
+/// operator interface.
 struct Policy : testing::Test {
   Policy() : arm(ur5e(), ur5e().home, {}, clock) {
     LiveSettings settings = operator_defaults();
@@ -63,7 +63,7 @@ struct Policy : testing::Test {
     }
   }
   Status ask(Kind kind, double value = 0.0) { return desk->apply({kind, "", value}, clock.now()); }
-  /// A policy that leads.
+  /// A policy that has control.
   void lead() {
     ASSERT_TRUE(desk->connect(PolicyInfo{"test", period}));
     ASSERT_TRUE(ask(Kind::kPolicy, 1.0));
@@ -220,7 +220,7 @@ TEST_F(Policy, WhoseTargetJumpsIsNotFollowedThere) {
 TEST_F(Policy, AStopEndsItsTurnAndAResetDoesNotBringItBack) {
   wanted = [&](double t) { return from_home({0.0, 0.15 * std::sin(t), 0.0}); };
   lead();
-  session->ask_stop();  // whoever it was
+  session->ask_stop();  // any client may ask for it
   run(1.0);
   EXPECT_EQ(look.state, State::kStopping);
   EXPECT_FALSE(turn());

@@ -89,7 +89,7 @@ Profile gentle() {
   return named("tracking", "gentle", [](Profile& p) { p.ocp.velocity_scale = 0.1; });
 }
 
-/// What a key of a profile file sets.
+/// A key of a profile file, and what it sets.
 struct Key {
   const char* name;
   std::function<void(Profile&)> change;
@@ -97,7 +97,7 @@ struct Key {
 };
 class EveryKey : public testing::TestWithParam<Key> {};
 
-/// Commands of a session in which it was chosen are those of one that began with it.
+/// A session in which the profile was chosen has the commands of one that started with it.
 TEST_P(EveryKey, OfAChosenProfileTakesEffect) {
   const Profile first = named("carry", "first"), own = named("carry", "own", GetParam().change);
   EXPECT_EQ(planner_differences(first, own), GetParam().at_rest ? GetParam().name : "");
@@ -154,7 +154,7 @@ TEST(Profiles, ASolverThatIsChosenSolves) {
   for (std::size_t i = 0; i < started.commands.size(); ++i) ASSERT_EQ(started.commands[i].q, chosen.commands[i].q) << i;
 }
 
-/// Other limits hold from rest: the arm is released, stops, and follows a fresh grip by them.
+/// Other limits apply once at rest: the arm is released, stops, and follows the next grip within them.
 TEST(Profiles, OneThatIsChosenInMotionTakesEffectAtRestAndAsAWhole) {
   ProfileSession s({named("tracking", "quick"), gentle()});
   s.grip(1.0);
@@ -173,7 +173,7 @@ TEST(Profiles, OneThatIsChosenInMotionTakesEffectAtRestAndAsAWhole) {
   EXPECT_GT(s.fastest(), 0.2);
 }
 
-/// A hand that grips afresh while the arm still stops does not follow by the limits of before.
+/// A hand that engages again while the arm still stops does not follow within the old limits.
 TEST(Profiles, AGripInTheStopWaitsForTheProfile) {
   ProfileSession s({named("tracking", "quick"), gentle()});
   s.grip(1.0);
@@ -249,7 +249,7 @@ TEST(Profiles, InAPolicysTurnAStopForAProfileIsRefused) {
   EXPECT_TRUE(s.choose("other"));
 }
 
-/// A turn that begins while the arm still stops for a profile: the policy says only once that its hand is open.
+/// A turn that starts while the arm still stops for a profile: the policy sends only once that its hand is open.
 TEST(Profiles, APolicysTurnThatBeginsDuringTheStopIsNotLost) {
   ProfileSession s({named("tracking", "quick"), gentle()});
   ASSERT_TRUE(s.desk->connect(PolicyInfo{"test", 0.05}));
