@@ -1,4 +1,4 @@
-// What every arm must do, whatever it is: add a maker to the list below and it is held to the same.
+// The contract of every arm: add a maker to the list below, and its arm is tested too.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -108,7 +108,7 @@ class ArmContract : public testing::TestWithParam<ArmMaker> {
   JointCommand command(const JointVector& q, const JointVector& dq, Time t) const {
     return {{t, t}, q, dq, JointVector::Zero(6)};
   }
-  /// As a session does it: first the plan, which leads from the command to rest.
+  /// As a session does: first the plan, which goes from the command to rest.
   void send(const JointCommand& command) {
     make_straight_stop(model, command, 0.0, plan);
     arm->follow(plan);
@@ -123,7 +123,8 @@ class ArmContract : public testing::TestWithParam<ArmMaker> {
     ADD_FAILURE() << "never follows";
     return {};
   }
-  /// Stands for some cycles, then moves by `amplitude` (1 - cos(speed t)), for `seconds`; the last state.
+  /// Is stationary for some cycles, then moves by `amplitude` (1 - cos(speed t)), for `seconds`. Returns the last
+  /// state.
   ArmState swing(double amplitude, double speed, double seconds) {
     ArmState state = wait_until_following();
     const JointVector q0 = state.joints.q;
@@ -155,7 +156,7 @@ TEST_P(ArmContract, PacesTheLoopAndCountsWhatWasSleptThrough) {
     const int slept = i % 10 == 9 ? 7 : 0;
     clock.advance(slept * period + 0.3 * period);
     const ArmState state = arm->receive();
-    const int cycles = std::max(1, slept);  // late: the cycle that has begun; in time: the next
+    const int cycles = std::max(1, slept);  // late: the cycle that has started; in time: the next
     EXPECT_EQ(state.cycle, last.cycle + cycles);
     EXPECT_NEAR(to_seconds(state.joints.stamp.made - last.joints.stamp.made), cycles * period, 1e-9);
     EXPECT_LE(clock.now() - state.joints.stamp.made, from_seconds(period));
@@ -183,8 +184,8 @@ TEST_P(ArmContract, StopsByItselfWhenNoCommandComes) {
   EXPECT_EQ(state.status, ArmStatus::kStopped);
 }
 
-/// Of cycles that were slept through it tells where it has gone meanwhile; commands that go on there are no step, and
-/// those that go on by time, where they would have led by then, are at most what the arm did by itself.
+/// After missed cycles the arm reports where it has moved by itself. Commands that continue from there are no step. The
+/// arm's own motion stays within its limits.
 TEST_P(ArmContract, TellsWhereItWentWithoutCommandsAndGoesOnFromThere) {
   const double period = 1.0 / arm->info().rate_hz;
   for (const int lost : {1, 2, 4}) {
@@ -213,7 +214,7 @@ TEST_P(ArmContract, TellsWhereItWentWithoutCommandsAndGoesOnFromThere) {
   }
 }
 
-/// Each is refused with a stop of which only restart() is the end, and then the arm follows again from where it stands.
+/// Each is refused with a stop that only restart() ends; then the arm follows again from its present position.
 TEST_P(ArmContract, RefusesWhatIsOutOfItsLimits) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   struct Bad {

@@ -67,7 +67,7 @@ TEST_F(Turning, WithoutCommandsItCarriesOnAndThenBrakesWithinItsLimits) {
   EXPECT_EQ(state.status, ArmStatus::kFollowing);
 }
 
-/// As a loop commands that goes by time whatever it slept through.
+/// Commands as from a loop that samples them by time and ignores missed cycles.
 TEST_F(Turning, ACommandThatLeavesOutTheGapIsAStep) {
   for (const double gap : {0.012, 0.03, 0.05, 0.07}) {
     clock.advance(gap);

@@ -24,7 +24,7 @@ constexpr int kContacts = 8;
 struct OnUr5e : testing::Test {
   OnUr5e() : model(*open_robot("ur5e")), dynamics(*open_dynamics("ur5e")), task(*open_task("carry")) {}
 
-  /// The arm that follows, and stands over the table.
+  /// Returns the arm once it follows, stationary over the table.
   std::unique_ptr<MujocoArm> following(const MujocoSettings& settings) {
     auto made = MujocoArm::make(model, dynamics, {}, task, settings, clock);
     EXPECT_TRUE(made) << made.error().message;
@@ -35,8 +35,7 @@ struct OnUr5e : testing::Test {
     q0 = state.joints.q;
     return arm;
   }
-  /// Turns the shoulder by `angle` (rad) and back to where it began, within 2 s each, as cosines; for as long as
-  /// `until` is not over.
+  /// Turns the shoulder by `angle` (rad) and back to where it began, within 2 s each, as cosines; ends at `until`, s.
   void lean(MujocoArm& arm, double angle, double until) {
     while (to_seconds(state.joints.stamp.made - begin) < until) {
       const double t = std::min(4.0, to_seconds(state.joints.stamp.made - begin));
@@ -85,7 +84,7 @@ TEST_F(OnUr5e, StandsAndFollowsCloselyWhereNothingIsInTheWay) {
   EXPECT_EQ(most_force, 0.0);
 }
 
-/// The commands lead the glass 0.1 m and more into the table, and out again.
+/// The commands move the glass 0.1 m or more into the table, and out again.
 TEST_F(OnUr5e, YieldsOrPushesWhereTheTableIsInTheWay) {
   double force[2];
   for (const bool yields : {true, false}) {
@@ -99,11 +98,11 @@ TEST_F(OnUr5e, YieldsOrPushesWhereTheTableIsInTheWay) {
     EXPECT_LT((state.joints.q - q0).cwiseAbs().maxCoeff(), 5e-3) << "it comes back to where its commands lead";
   }
   EXPECT_GT(force[true], 5.0);
-  EXPECT_LT(force[true], 0.1 * 150.0 / 0.5);  // of the shoulder, at the glass
+  EXPECT_LT(force[true], 0.1 * 150.0 / 0.5);  // the shoulder's torque, as a force at the glass
   EXPECT_GT(force[false], 2.0 * force[true]);
 }
 
-/// The arm's own stop: it holds the place where it is, not that of its last command, 0.1 m inside the table.
+/// The arm's own stop: it holds its present position, not that of its last command, 0.1 m inside the table.
 TEST_F(OnUr5e, DoesNotPressOnOnceItStopsByItself) {
   MujocoSettings settings;
   settings.contact = ContactPolicy::kPush;
@@ -115,7 +114,7 @@ TEST_F(OnUr5e, DoesNotPressOnOnceItStopsByItself) {
   EXPECT_LT(arm->contact_force(), 0.1 * pressing);
 }
 
-/// A session whose hand leads the glass down into the table, of which the planner knows nothing, fast or slowly.
+/// A session whose hand moves the glass down into the table, fast or slowly; the planner does not know the table.
 TEST(Contact, StopsTheArmAndDoesNotPressOn) {
   const Task task = *open_task("carry");
   const ChainDynamics dynamics = *open_dynamics("ur5e");

@@ -1,4 +1,4 @@
-// What a ROS 2 machine sees of a session, and how its poses lead it.
+// What a ROS 2 machine sees of a session, and how its poses control it.
 #include <gtest/gtest.h>
 
 #include "geometry/robot/random_arm.hpp"

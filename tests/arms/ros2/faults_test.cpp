@@ -1,5 +1,4 @@
-// What becomes of an arm behind a ROS 2 controller that moves when something goes wrong; docs/reference/ros2.md has a
-// row for each test.
+// Faults of an arm in motion behind a ROS 2 controller; docs/reference/ros2.md has a row for each test.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +17,7 @@ namespace {
 
 constexpr double kGentle = 6.0;  ///< rad/s^2: the swing's 3.6, and what two differences of rounded stamps add
 
-/// What mock hardware of ros2_control does: it is where it was told to be, whatever that is.
+/// Mock hardware of ros2_control: its position is always exactly the commanded one.
 ReferenceController::Settings mock_hardware() {
   ReferenceController::Settings settings;
   settings.servo_lag = 0.0;
@@ -41,7 +40,7 @@ class Ros2Faults : public testing::Test {
   }
   ReferenceController& controller() { return *arm->controller; }
 
-  /// Swings on for so many seconds, up to 1.8 rad/s, as long as the arm follows; its last state.
+  /// Continues the swing for `seconds`, up to 1.8 rad/s, as long as the arm follows. Returns its last state.
   ArmState run(double seconds) {
     const Time end = clock.now() + from_seconds(seconds);
     while (clock.now() < end) {
@@ -82,7 +81,7 @@ class Ros2Faults : public testing::Test {
     EXPECT_LT(std::abs(swinging.error()), 0.02);
     EXPECT_EQ(controller().last_stop(), "");
   }
-  /// The arm follows its last plan to where that rests, whatever came or did not, and the session knows.
+  /// The arm follows its last plan to the end and stops there, and the session reports why.
   void expect_rest(const std::string& reason) {
     EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
     EXPECT_NE(std::string(state.reason).find(reason), std::string::npos) << state.reason;
@@ -97,7 +96,7 @@ class Ros2Faults : public testing::Test {
     EXPECT_GT(std::abs(state.joints.dq.mean()), 1.0);
     EXPECT_EQ(controller().last_stop(), "");
   }
-  /// A publisher of joint states beside the controller's.
+  /// A second publisher of joint states, next to the controller's.
   void send_states(Ros2Publisher<JointStateMessage>& publisher, std::vector<std::string> names) const {
     std::vector<char*> pointers;
     for (std::string& name : names) pointers.push_back(name.data());
@@ -122,7 +121,7 @@ class Ros2Faults : public testing::Test {
   RobotModel model;
   ManualClock clock;
   std::string topic = "/alone" + std::to_string(getpid());
-  Ros2Settings settings;  ///< of an arm without the lockstep
+  Ros2Settings settings;  ///< for an arm without the lockstep
   std::unique_ptr<Ros2Lockstep> arm;
   ArmState state;
   Plan plan;
@@ -188,7 +187,8 @@ TEST_F(Ros2Faults, AControllerThatBeginsToLagStopsTheArm) {
   EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
   EXPECT_NE(state.reason.find("no joint states"), std::string_view::npos) << state.reason;
   EXPECT_LT(controller().arm().dq().norm(), 0.02);
-  // What was on its way comes too late; here, where plans brake as hard as they can, its speed steps by so much.
+  // Plans on their way arrive too late. Here, where plans brake as hard as they can, the speed steps by at most this
+  // much.
   EXPECT_LT(controller().largest().dq, 0.35);
 }
 
@@ -271,7 +271,7 @@ double launched(const std::string& key) {
   return 0.0;
 }
 
-/// With the tolerances of our launch file it holds the arm where it stands instead of catching up.
+/// With the tolerances of our launch file it holds the arm at its present position and does not catch up.
 TEST_F(Ros2Faults, AControllerManagerThatWasFrozenDoesNotMakeTheArmJump) {
   for (const int cycles : {75, 150, 500}) {
     clock = ManualClock();
@@ -309,7 +309,7 @@ TEST_F(Ros2Faults, AfterAStallItGoesOnAlongThePlanThatTheControllerHas) {
   }
 }
 
-/// What comes after a stall begins where the controller has gone meanwhile, as it is told; so nothing steps.
+/// After a stall the next plan starts where the controller reports that it has moved, so there is no step.
 TEST_F(Ros2Faults, AfterAStallAnotherPlanBeginsWhereTheControllerHasGone) {
   for (const double stall : {0.02, 0.032, 0.045, 0.08}) {
     clock = ManualClock();
@@ -341,7 +341,7 @@ TEST_F(Ros2Faults, AnArmThatTellsPositionsOnlyIsFollowed) {
   expect_bridged();
 }
 
-/// Not by the words for an arm that says nothing.
+/// The reason differs from the one for an arm that sends nothing.
 TEST_F(Ros2Faults, JointStatesThatCannotBeUsedAreNamed) {
   using Settings = ReferenceController::Settings;
   const std::pair<const char*, std::function<void(Settings&)>> bads[] = {

@@ -32,7 +32,7 @@ class Running {
     (void)controller.update(kStart, settings.period, q, JointVector::Zero(q.size()));
   }
   std::string accept(const JointTrajectory& t) { return controller.accept(t, now()); }
-  /// Its reference after so many seconds since kStart, where the joints are measured at q all the time.
+  /// Its reference `seconds` after kStart, with the joints measured at q all the time.
   const JointTrajectoryController::State& at(double seconds, const JointVector& q) {
     const Time period = controller.settings().period;
     for (; to_seconds(now() - kStart) + 1e-9 < seconds; ++cycles_) {
@@ -164,7 +164,8 @@ TEST_F(ControllerTest, ANewOneReplacesTheOldAtOnceOrAtItsStamp) {
   }
 }
 
-/// Below full speed its trajectory time falls behind, and each new trajectory sets it to now: so it crawls and jumps.
+/// Below full speed the controller's trajectory time lags, and each new trajectory sets it to now: the arm crawls and
+/// jumps.
 TEST_F(ControllerTest, ANewOneMakesItForgetThatItWasSlowedDown) {
   Running run(settings, zero), at_full_speed(settings, zero);
   run.controller.scale(0.5);

@@ -1,4 +1,4 @@
-// Whether a ROS 2 machine is fit to lead an arm through, from arrivals that are made up.
+// Whether the link to a ROS 2 machine is fit to control an arm, from synthetic arrival times.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What MoveIt's messages make of a cell.
+// How MoveIt's messages change a cell.
 #include <gtest/gtest.h>
 
 #include <ctime>
@@ -94,7 +94,7 @@ struct MoveItScene : testing::Test, Maker {
     model.mount = Eigen::Translation3d(0.1, 0.2, 0.3) * Eigen::AngleAxisd(0.7, Vector3::UnitX());
     return model;
   }
-  /// What is wrong with it, or nothing, and then it is done.
+  /// Applies the message. Returns why it is refused; empty: accepted.
   template <typename Message>
   std::string take(const Message& message) {
     const Result<SceneChange> change = read(message);
@@ -151,8 +151,7 @@ TEST_F(MoveItScene, TheyAreAppendedToMovedReplacedAndRemoved) {
   EXPECT_EQ(names(), (Names{"table"})) << "what is from elsewhere stays";
 }
 
-/// A whole scene takes the place of what came by messages before, and of nothing else; one that is a difference does
-/// not.
+/// A whole scene replaces the objects of earlier messages, and no others; a scene that is a difference does not.
 TEST_F(MoveItScene, AWholeSceneReplaces) {
   ASSERT_EQ(take(object("old", at(1, 0, 0), {primitive(kSphere, {0.1})})), "");
   ASSERT_EQ(take(scene({object("more", at(2, 0, 0), {primitive(kSphere, {0.1})})}, true)), "");
@@ -233,7 +232,7 @@ TEST_F(MoveItScene, WhatCannotBeIsRefused) {
   ASSERT_EQ(take(object("there", at(2, 0, 0), {}, {}, kMove)), "") << "what is known is known still";
 }
 
-/// As many as a message holds, at once: who else wants to change the cell waits meanwhile.
+/// The largest number that a message holds, all at once: other clients that change the cell wait meanwhile.
 TEST_F(MoveItScene, TooManyAreRefusedBeforeTheyAreAllLookedAt) {
   const auto processor_time = [&](int count) {
     std::vector<CollisionObjectMessage> objects;

@@ -75,7 +75,7 @@ TEST(Ros2Discovery, ADomainIsSetUpAnewAfterItsLastNode) {
   EXPECT_NE(refused.error().message.find("CYCLONEDDS_URI"), std::string::npos);
 }
 
-/// Of this process: the numbers of its threads that have real-time priority, and those that have not.
+/// The ids of this process's threads that have real-time priority, or of those that have not.
 std::set<int> threads(bool realtime) {
   std::set<int> found;
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {

@@ -1,4 +1,4 @@
-// What the control thread does for an arm behind ROS 2 costs it no allocation, and what it may not send it does not.
+// For an arm behind ROS 2 the control thread allocates nothing, and it sends nothing that it may not send.
 #include "steadyhand/arms/ros2/ros2_arm.hpp"
 
 #include <gtest/gtest.h>

@@ -143,7 +143,7 @@ TEST_F(Ros2GripperTest, AnObjectBetweenTheFingersIsNoFault) {
   serve();
   gripper->move_to(1.0);
   run();
-  server->end(kGivenUp, 0.4, true);  // what gripper controllers do with a goal that is not reached
+  server->end(kGivenUp, 0.4, true);  // as gripper controllers do if the goal is not reached
   run(5.0);
   EXPECT_EQ(gripper->why_not(), "");
   EXPECT_DOUBLE_EQ(gripper->position().value(), 0.5);
@@ -232,7 +232,7 @@ TEST_F(Ros2GripperTest, AServerThatGoesIsNoticedAndSoIsASecondOne) {
   expect_trouble("no action server");
   serve();
   run();
-  expect_trouble("no action server");  // until a reset: what became of the goal nobody tells
+  expect_trouble("no action server");  // until a reset: no server reports the goal's result
   gripper->restart();
   gripper->move_to(1.0);
   run();

@@ -1,4 +1,4 @@
-// What is sent to a joint trajectory controller, and that one as documented executes it as it was planned.
+// Trajectories for a joint trajectory controller: it executes them as planned, if it behaves as documented.
 #include "steadyhand/arms/ros2/trajectory.hpp"
 
 #include <gtest/gtest.h>
@@ -115,7 +115,7 @@ TEST_F(TrajectoryTest, OneAfterTheOtherWithoutAStep) {
       std::vector<JointCommand> commands;
       JointTrajectory t = message({sample(plan, begin)}, begin);
       JointTrajectoryController controller(
-          {t.joints, false, false, desired, replacement});  // what is measured is far off
+          {t.joints, false, false, desired, replacement});  // the measured position is far off
       const JointVector measured = JointVector::Constant(kJoints, 0.3), still = JointVector::Zero(kJoints);
       controller.activate(rest.head(kJoints));
       double largest = 0.0;
@@ -144,7 +144,7 @@ TEST_F(TrajectoryTest, OneAfterTheOtherWithoutAStep) {
           largest = std::max(largest, change.cwiseAbs().maxCoeff() / (kCycle * kCycle));
         }
       }
-      EXPECT_LT(largest, 40.0);  // of the plans: up to 10, and what their stops take
+      EXPECT_LT(largest, 40.0);  // the plans have up to 10; their stops need the rest
       EXPECT_GT(largest, 1.0);
     }
   }

@@ -115,7 +115,7 @@ TEST(UrPrimaryInterface, TellsTheKinematicsThatTheControllerHas) {
   EXPECT_EQ(k->alpha, settings.kinematics->alpha);
 }
 
-/// Whatever comes, nothing is read beyond it, and there is an end.
+/// For any input: nothing is read beyond its end, and reading ends.
 TEST(UrPrimaryInterface, GarbageIsNothingWorse) {
   std::mt19937 random(4);
   for (int round = 0; round < 3000; ++round) {

@@ -35,7 +35,7 @@ class UrConnection : public testing::Test {
 
 constexpr std::size_t kUntilConnected = std::numeric_limits<std::size_t>::max();
 
-/// An arm whose controller's RTDE ends after so many bytes.
+/// An arm whose controller's RTDE ends after a number of bytes.
 Result<std::unique_ptr<UniversalRobotsArm>> connect_cut_after(std::size_t left, const RobotModel& model, Clock& clock) {
   FakeUrController controller(model, {});
   auto ours = Socket::pair(), theirs = Socket::pair();
@@ -90,7 +90,7 @@ TEST_F(UrConnection, ThatEndsAfterAnyByteIsAnErrorOrAStop) {
   EXPECT_TRUE(connected);
 }
 
-/// On the thread that makes connections, where nobody would catch it.
+/// The exception is on the thread that makes connections, where no caller could catch it.
 TEST_F(UrConnection, ThatThrowsWhenItIsMadeIsOneThatFails) {
   UrLockstep arm(model, {}, clock);
   arm.before_dialling = [] { throw std::bad_alloc(); };

@@ -1,4 +1,4 @@
-// What becomes of a UR arm that moves when something goes wrong; docs/reference/ur.md has a row for each test.
+// Faults of a UR arm in motion; docs/reference/ur.md has a row for each test.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -23,7 +23,7 @@ class UrFaults : public testing::Test {
     arm = std::make_unique<UrLockstep>(model, FakeUrController::Settings{}, clock);
   }
 
-  /// Swings on for so many seconds, up to 1.8 rad/s, as long as the arm follows; its last state.
+  /// Continues the swing for `seconds`, up to 1.8 rad/s, as long as the arm follows. Returns its last state.
   ArmState run(double seconds) {
     const Time end = clock.now() + from_seconds(seconds);
     while (clock.now() < end) {
@@ -46,7 +46,7 @@ class UrFaults : public testing::Test {
     EXPECT_LT((arm->controller.target() - arm->controller.arm().q()).norm(), 0.01);
     EXPECT_FALSE(arm->controller.program_running());
   }
-  /// What the controller does by itself, for so many of its cycles: how far its set-point goes.
+  /// Runs the controller alone for `cycles`. Returns the largest change of its set-point.
   double wander(int cycles) {
     const JointVector before = arm->controller.target();
     double furthest = 0.0;
@@ -136,13 +136,13 @@ TEST_F(UrFaults, AProtectiveStopIsReportedAndStaysUntilUnlocked) {
   expect_recovery();
 }
 
-/// The controller keeps what was going on, and would go on with it.
+/// The controller keeps the paused motion and would continue it.
 TEST_F(UrFaults, AProgramThatIsResumedAfterASafetyStopMovesNothing) {
   swing();
   arm->controller.protective_stop();
   (void)run(0.5);
   expect_reason("protective stop");
-  EXPECT_FALSE(arm->controller.program_running());  // not left to whoever presses play
+  EXPECT_FALSE(arm->controller.program_running());  // pressing play cannot resume it
   arm->controller.unlock();
   EXPECT_FALSE(arm->controller.press_play());
   EXPECT_LT(wander(500), 1e-3);
@@ -150,7 +150,7 @@ TEST_F(UrFaults, AProgramThatIsResumedAfterASafetyStopMovesNothing) {
   expect_recovery();
 }
 
-/// As above, at any speed and moment, and with our side killed meanwhile: nobody but the program can know.
+/// As above, at any speed and moment, and with our process killed meanwhile: only the program itself can notice.
 TEST_F(UrFaults, AProgramThatIsResumedAfterOurSideDiedMovesNothing) {
   for (const bool safety : {true, false}) {
     for (const double seconds : {0.2, 0.35, 0.5, 0.7, 0.9, 1.3}) {
@@ -223,7 +223,7 @@ TEST_F(UrFaults, AnotherProcessNeverLeadsAnOldProgram) {
   arm->controller.press_pause();
   arm->kill_arm();
   (void)wander(100);
-  arm->controller.set_remote(false);  // so that the next one cannot end it, either
+  arm->controller.set_remote(false);  // the next process cannot end it, either
   arm->begin_process();
   const JointVector before = arm->controller.target();
   for (int i = 0; i < 1500; ++i) {
@@ -323,7 +323,7 @@ TEST_F(UrFaults, AProgramStoppedAtThePendantIsAFault) {
 
 TEST_F(UrFaults, AKilledProgramLeavesTheArmAtRest) {
   swing();
-  arm->controller.unplug(1000000);  // so that not even a farewell arrives
+  arm->controller.unplug(1000000);  // not even a farewell arrives
   arm->kill_arm();
   for (int i = 0; i < 300; ++i) arm->controller.step();
   expect_rest();
@@ -372,7 +372,7 @@ TEST(UrOverTcp, AControllerThatRestartsIsFoundAgain) {
   ur.host = settings.address;
   ur.rtde_port = settings.rtde_port;
   ur.script_port = settings.script_port;
-  ur.state_timeout = 5.0;  // of a machine that has other things to do
+  ur.state_timeout = 5.0;  // for a machine under load
   ur.connect_timeout = 20.0;
   ur.start_within = 20.0;
   auto arm = UniversalRobotsArm::connect(model, ur, clock);

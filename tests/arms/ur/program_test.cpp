@@ -92,7 +92,7 @@ UrProgramSettings settings() {
   return s;
 }
 
-/// What is commanded at cycle k: stands for a moment, then swings.
+/// The command at cycle k: stationary for a moment, then a swing.
 struct Swing {
   double q, dq, ddq;
 };
@@ -150,7 +150,7 @@ Swing hard_swing(int k) {
   return {0.5 + q, v, a};
 }
 
-/// From rest to and fro at 0.45 rad/s, and turns at 15 rad/s^2.
+/// From rest back and forth at 0.45 rad/s, with turns at 15 rad/s^2.
 Swing turn(int k) {
   if (k < 50) return {0.5, 0.0, 0.0};
   const double u = std::fmod((k - 50) * 0.002 + 0.43, 0.92), start = 0.5 - 0.18675;
@@ -169,7 +169,7 @@ UrProgramSettings fast_settings() {
   return fast;
 }
 
-/// Lost cycles are carried on with an acceleration that a plan may have left meanwhile.
+/// Missed cycles are bridged with an acceleration that a plan may no longer have.
 TEST(UrProgram, DoesNotStepWhereTheAccelerationJumpedInLostCycles) {
   for (const int apart : {2, 3, 4}) {
     UrProgramSettings fast = fast_settings();
@@ -203,7 +203,7 @@ TEST(UrProgram, ReturnsToSetPointsThatAccelerateAsPlansMay) {
   EXPECT_LT(host.hardest, 1.3 * 15.0 + 0.5);
 }
 
-/// RTDE 1 tells of each fourth cycle of a 500 Hz controller; what is commanded then lasts until the next.
+/// RTDE 1 sends each fourth cycle of a 500 Hz controller; a command then holds until the next.
 TEST(UrProgram, SetPointsForEachFourthCycleAreNotLostOnes) {
   UrProgramSettings old = settings();
   old.state_period = 0.008;
@@ -247,8 +247,8 @@ TEST(UrProgram, WaitsForTheFirstSetPointButNotForEver) {
   EXPECT_EQ(host.state(), UrProgramState::kSilence);
 }
 
-/// The controller's interpreter has a share of the cycle: nobody tells how long it takes, so what it does is kept
-/// short.
+/// The controller's interpreter has a share of the cycle. Its speed is undocumented, so the program does little in a
+/// cycle.
 TEST(UrProgram, EvaluatesLittleInACycle) {
   ProgramHost host(settings());
   int usual = 0, most = 0;
@@ -263,8 +263,8 @@ TEST(UrProgram, EvaluatesLittleInACycle) {
   EXPECT_LT(most, 480);
 }
 
-/// Between one cycle and the next the arm stood still, changed its speed, or went elsewhere: somebody paused the
-/// program, and resumed it.
+/// Between two cycles the arm was stationary, changed its speed, or moved elsewhere: an operator paused the program and
+/// resumed it.
 TEST(UrProgram, EndsWhenTheArmStoppedOrMovedWithoutIt) {
   struct Case {
     const char* name;
@@ -308,7 +308,7 @@ TEST(UrProgram, IsWrittenAsTheManualWantsIt) {
   }
 }
 
-/// Each leads to its end, and the arm does not jump.
+/// Each case ends the program, and the arm does not jump.
 TEST(UrProgram, RefusesWhatItMustNotFollow) {
   struct Case {
     const char* name;

@@ -162,7 +162,7 @@ TEST_F(Handshake, NamesTheRegisterThatAnotherClientWrites) {
   EXPECT_NE(second.error().message.find("another client"), std::string::npos) << second.error().message;
 }
 
-/// Whatever answers, the client comes back with an error in time.
+/// For any answer, the client returns an error in time.
 TEST_F(Handshake, EndsWithAnErrorWhateverAnswers) {
   for (int round = 0; round < 300; ++round) {
     auto ends = Socket::pair();
@@ -187,7 +187,7 @@ TEST(UrModes, OnlyRunningAndNormalMayMove) {
   for (int mode = -3; mode < 30; ++mode) {
     EXPECT_EQ(why_not(static_cast<UrRobotMode>(mode)).empty(), mode == 7) << mode;
     EXPECT_EQ(why_not(static_cast<UrSafety>(mode)).empty(), mode == 1) << mode;
-    // 11 is undefined by its name; of 21 nobody tells.
+    // The name of 11 says "undefined"; 21 is not documented.
     const bool named = mode >= 1 && mode <= 22 && mode != 11 && mode != 21;
     EXPECT_EQ(why_not(static_cast<UrSafety>(mode)) != unknown, named) << mode;
   }
