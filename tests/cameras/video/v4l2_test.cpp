@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kColumns = 64, kRows = 48;
 
-/// What a driver does, as far as the source asks: no camera was at hand.
+/// A fake driver, as far as the source uses one: no camera was available.
 struct Driver {
   std::map<std::uint32_t, std::uint32_t> rates{{V4L2_PIX_FMT_YUYV, 30}};  ///< Hz, of each format
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;

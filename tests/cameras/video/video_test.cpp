@@ -105,7 +105,7 @@ TEST(FileSource, LeavesOutWhatIsOverWhereItIsBehind) {
   Picture picture;
   ASSERT_TRUE((*source)->take(picture));
   const Time begin = picture.exposed;
-  clock.advance(0.45);  // whoever takes them was busy
+  clock.advance(0.45);  // the consumer was busy
   const Result<bool> taken = (*source)->take(picture);
   ASSERT_TRUE(taken && *taken);
   EXPECT_EQ(picture.exposed - begin, from_seconds(0.4));

@@ -33,7 +33,7 @@
 
 namespace {
 
-/// Where an order stands in the code, and which it is.
+/// A memory order, and its place in the code.
 struct Site {
   std::string_view file;
   unsigned line = 0;
@@ -188,8 +188,8 @@ struct Silent : std::streambuf {
   int overflow(int c) override { return c; }
 };
 
-/// True if no execution breaks it: all with up to five switches between the threads beside those that must be, and
-/// every value that a load may see.
+/// True if no execution breaks it: all those with up to five switches between the threads besides the necessary ones,
+/// and with every value that a load may see.
 template <typename Test>
 bool holds() {
   Silent silent;
