@@ -1,7 +1,7 @@
-// Messages of ROS 2 as bytes from the wire: through Cyclone DDS, which decodes them, to all that listen to them here.
-// Each is a byte that says on which topic, one with the cycles of control after it, in which the machine may tell what
-// it ought to (bit 7), two with its length, and its bytes. The first byte of all says whether the arm follows commands
-// by then.
+// Messages of ROS 2 as bytes from the wire: through Cyclone DDS, which decodes them, to all its listeners here. The
+// first byte states whether the arm follows commands by then. Then, for each message: a byte for the topic; one with
+// the cycles of control after it and whether a healthy machine sends its states in them (bit 7); two with the length;
+// the message's bytes.
 #include <dds/ddsi/ddsi_serdata.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -76,7 +76,7 @@ class Wire {
   ddsi_serdata* sample_ = nullptr;  ///< never freed: as long as the process
 };
 
-/// DDS stays in this process: it looks for nobody, so that sessions begin and end quickly.
+/// DDS stays in this process: it looks for no other participants, so sessions begin and end quickly.
 Ros2Settings settings_of_this_process() {
   setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SYSTEM_DEFAULT", 1);
   setenv("CYCLONEDDS_URI",
@@ -121,7 +121,7 @@ struct Machine {
                 [this](const JointTrajectoryMessage& message, Ros2PublisherId) { check(message); })),
             "a listener");
   }
-  /// What it does in a cycle of its own when nothing is wrong.
+  /// Sends what a healthy controller sends in each cycle.
   void cycle(Time now) {
     JointStateMessage state{};
     state.header = {stamp_of<builtin_interfaces_msg_dds__Time_>(now), empty};
@@ -134,7 +134,7 @@ struct Machine {
     controller.reference.positions = state.position;
     told_.send(controller);
   }
-  /// The arm is nowhere told to move: all that it may send holds it where it stands.
+  /// No input commands a motion: all that the arm may send holds its position.
   void check(const JointTrajectoryMessage& message) {
     if (!arm_sends) return;
     require(message.joint_names._length == 6 && message.points._length > 0, "a trajectory");

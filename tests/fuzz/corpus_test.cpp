@@ -1,4 +1,4 @@
-// The corpus, input by input and with random edits: found crashes stay mended, with any compiler and sanitizer.
+// The corpus, input by input and with random edits: crashes once found stay fixed, with any compiler and sanitizer.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -13,7 +13,7 @@ namespace steadyhand::fuzz {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kEdits = 200;    // of each input ...
+constexpr int kEdits = 200;    // for each input ...
 constexpr int kFewEdits = 10;  // ... whose target takes tens of ms: DDS sets up and takes down
 constexpr double kSlow = 5.0;  // s for one input; under a sanitizer on a busy machine
 

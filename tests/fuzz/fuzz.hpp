@@ -8,8 +8,8 @@
 #include <string_view>
 
 /// Fuzz targets: functions that take any bytes, must neither crash nor hang, and check what they promise with
-/// `require`. With clang each is a libFuzzer program of its own (preset `fuzz`); with any compiler, under any
-/// sanitizer, `test_fuzz` replays the corpus.
+/// `require`. With clang each is a separate libFuzzer program (preset `fuzz`); with any compiler, under any sanitizer,
+/// `test_fuzz` replays the corpus.
 namespace steadyhand::fuzz {
 
 using Target = void (*)(std::string_view input);

@@ -7,7 +7,7 @@
 
 namespace steadyhand::fuzz {
 
-/// What load_recording promises of everything that it lets through.
+/// The guarantees of load_recording for every recording that it accepts.
 inline void check(const Result<Recording>& recording) {
   if (!recording) return require(!recording.error().message.empty(), "a refusal says why");
   require(recording->samples.size() >= 2, "two samples");

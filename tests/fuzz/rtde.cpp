@@ -1,4 +1,4 @@
-// What a controller sends over RTDE: the first byte says in what pieces it comes.
+// Bytes from a controller over RTDE: the first one selects how the rest is split into pieces.
 #include <sys/socket.h>
 
 #include "fuzz/fuzz.hpp"
@@ -27,7 +27,7 @@ FUZZ(rtde) {
   fuzz::require(static_cast<bool>(ends), "a pair of sockets");
   std::size_t sent = 0;
   (void)ends->first.send({reinterpret_cast<const std::uint8_t*>(input.data()), input.size()}, sent);
-  (void)shutdown(ends->first.descriptor(), SHUT_WR);  // nothing more will come: nobody waits for it
+  (void)shutdown(ends->first.descriptor(), SHUT_WR);  // nothing more will be sent: the reader need not wait for it
   const RtdeRecipes recipes{{{"timestamp", "DOUBLE", ""}, {"actual_q", "VECTOR6D", "target_q"}},
                             {{"input_int_register_24", "INT32", ""}}};
   auto client = RtdeClient::start(std::move(ends->second), recipes, std::chrono::seconds(1));

@@ -1,4 +1,4 @@
-// A URDF, as a robot of its own.
+// A URDF that describes a complete robot.
 #include "fuzz/fuzz.hpp"
 #include "steadyhand/geometry/robot/loading.hpp"
 

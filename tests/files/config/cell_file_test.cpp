@@ -86,7 +86,7 @@ TEST(CellFile, MayStandInTheFrameOfTheRoot) {
   }
 }
 
-/// None of them touches the arm where it begins.
+/// None of them touches the arm in its first posture.
 TEST(CellFile, OursAreReadAndLeaveTheArmFree) {
   for (const std::string& name : names_in(kPlaces, "cells")) {
     const auto opened = open_robot(name == "ceiling" ? "ur5e_ceiling" : "ur5e", kPlaces);

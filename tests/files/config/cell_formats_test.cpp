@@ -182,7 +182,7 @@ TEST(CellFormat, FurtherSolidsOfAnObjectTakeNoOtherObjectsName) {
   EXPECT_EQ(names, (std::vector<std::string>{"rack", "rack 2", "rack 2 2", "rack 4", "rack 3"}));
 }
 
-/// Whole lines are missing at the end: never a crash, and an error that tells where.
+/// Whole lines are missing at the end: never a crash, and an error that states where.
 TEST(CellFormat, ASceneThatIsCutShortIsRefused) {
   for (const std::string& text : {kOldScene, kScene}) {
     const TemporaryFolder folder;

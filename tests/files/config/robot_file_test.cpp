@@ -36,7 +36,7 @@ TEST(RobotFile, LoadsTheUr5e) {
   EXPECT_GT(kinematics.R()(2, 2), 0.999);  // the glass stands upright
 }
 
-/// Whatever the file is called: `xacro: false` keeps code from being run.
+/// For any file name: `xacro: false` prevents code from being run.
 TEST(RobotFile, ExpandsAPackagesFileAsItSays) {
   const TemporaryFolder folder;
   fs::create_directories(folder.path() / "package");
@@ -95,7 +95,7 @@ TEST(RobotFile, AHomePoseInSelfCollisionNamesTheBodies) {
   EXPECT_TRUE(names_the_bodies.Matches(model.error().message)) << model.error().message;
 }
 
-/// What a file does not say, the one that it extends says.
+/// A file inherits from the one that it extends.
 TEST(RobotFile, OneExtendsAnother) {
   const RobotModel whole = ur5e();
   const TemporaryFolder folder;

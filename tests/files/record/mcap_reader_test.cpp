@@ -105,7 +105,8 @@ TEST(McapReader, KeepsWhatIsBeforeAndAfterADamagedPart) {
     chunks.push_back(at - 41);
   }
   ASSERT_GT(chunks.size(), 8u);
-  // Of the head: opcode, which becomes none, another that is skipped, or the footer's; length; size. Then contents.
+  // In the chunk's head: opcode (turned into none, another that is skipped, or the footer's), length, size. Then
+  // contents.
   constexpr std::pair<std::size_t, int> kDamages[] = {{0, 0x55},  {0, 0x86},  {0, 0x04}, {0, 0x01},
                                                       {1, 0xff},  {2, 0x7f},  {4, 0x55}, {7, 0x55},
                                                       {25, 0x55}, {44, 0x55}, {60, 0x55}};
@@ -118,7 +119,7 @@ TEST(McapReader, KeepsWhatIsBeforeAndAfterADamagedPart) {
       const std::vector<int> read = indices_in(path, overview);
       ASSERT_TRUE(overview) << overview.error().message;
       EXPECT_GT(read.size(), kMessages * 8u / 10u) << offset << ", " << bits;
-      // A chunk that is said to be longer than it is can be read.
+      // A chunk whose stated length is too large can be read.
       EXPECT_TRUE(read.size() < std::size_t(kMessages) || offset == 1 || offset == 2) << offset << ", " << bits;
       EXPECT_TRUE(std::is_sorted(read.begin(), read.end()));
       EXPECT_EQ(read.back(), kMessages - 1);
@@ -167,7 +168,7 @@ TEST(McapReader, ChangedBytesCostOnlyWhatIsNoted) {
   EXPECT_GT(damaged, 100);
 }
 
-/// The head of a chunk that cannot be unpacked, as it says, `length` bytes long.
+/// The head of a chunk that cannot be unpacked; its stated length is `length` bytes.
 std::string false_chunk(std::uint64_t length) {
   std::string chunk(9 + 28, '\0');
   chunk[0] = 6;  // the opcode

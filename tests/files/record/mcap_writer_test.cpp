@@ -18,7 +18,7 @@ using mcap::Opcode;
 
 struct Record {
   Opcode opcode;
-  std::size_t start;  ///< of the opcode, in the file (or chunk)
+  std::size_t start;  ///< the opcode's offset in the file (or chunk)
   std::string content;
 
   template <typename Number>

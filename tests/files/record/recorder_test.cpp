@@ -19,7 +19,7 @@ Json encode(const M& message) {
   return Json::parse(buffer);
 }
 
-/// Empty if `value` is what the schema says, and nothing that it does not mention; otherwise where it differs.
+/// Empty if `value` matches the schema and has no other members; otherwise where it differs.
 std::string differs(const Json& value, const Json& schema, const std::string& where = "") {
   if (schema.is_boolean()) return "";
   const std::string type = schema["type"];
