@@ -122,7 +122,7 @@ TEST_P(EachPair, HasTheDistanceThatASearchFinds) {
     SCOPED_TRACE(i);
     const bool cylinder = a.kind == Kind::kCylinder || b.kind == Kind::kCylinder;
     if (!exact(GetParam()) || (cylinder && searched + 1e-9 < -a.radius - b.radius)) {
-      EXPECT_LT(found, searched + 1e-5);  // never told to be further apart than they are
+      EXPECT_LT(found, searched + 1e-5);  // the distance is never overestimated
     } else {
       EXPECT_GT(found, searched - 1e-7);  // which the search finds from below
       EXPECT_LT(found, searched + 1e-4);

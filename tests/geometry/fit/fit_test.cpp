@@ -163,7 +163,8 @@ RobotModel planar_arm(double offset) {
 }
 
 TEST(PairsThatMeet, LeavesOutOnlyWhatCannot) {
-  // The second joint is 1 m from the first, which is 1 m from the base's ball: it can come there, if not beside it.
+  // The second joint is 1 m from the first, which is 1 m from the base's ball: it can meet that ball, if not next to
+  // it.
   EXPECT_EQ(pairs_that_meet(planar_arm(0.0), {{0, 1}}, 0.02).size(), 1u);
   EXPECT_EQ(pairs_that_meet(planar_arm(0.21), {{0, 1}}, 0.02).size(), 1u);
   EXPECT_EQ(pairs_that_meet(planar_arm(0.35), {{0, 1}}, 0.02).size(), 0u);

@@ -107,7 +107,7 @@ TEST_F(Carrying, AtMostEightAtOnce) {
   EXPECT_NE(reason(attach(cell, "bottle", arm)).find("9 obstacles are carried; at most 8 may be"), std::string::npos);
 }
 
-/// Objects that may touch each other, whichever of the two says so; a name that nothing has is refused.
+/// Objects may touch each other if one of the two lists the other; an unknown name is refused.
 TEST_F(Carrying, MayStandOnATable) {
   for (const int says : {0, 1}) {
     Cell named = cell;

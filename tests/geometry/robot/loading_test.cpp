@@ -165,8 +165,8 @@ TEST(LoadRobot, FingersStandWhereTheFileSays) {
       << silent.assumptions[0];
 }
 
-/// A branch of fewer joints is another arm, not a gripper; and a tool may be carried before the chain's end.
-/// All is where the mount has it, and gravity goes on down the base's z.
+/// A branch of fewer joints is another arm, not a gripper; and a tool may be carried before the chain's end. The mount
+/// moves all bodies; gravity still points down the base's z.
 TEST(LoadRobot, AnArmMayHang) {
   const Eigen::Isometry3d mount =
       Eigen::Translation3d(0.3, -0.2, 1.5) * Eigen::AngleAxisd(2.5, Vector3(1, 2, 0.5).normalized());
@@ -274,7 +274,7 @@ TEST(LoadRobot, DegreesAndMillimetresRaiseDoubts) {
 struct Refusal {
   const char* name;
   std::string urdf;
-  std::string message;  ///< what it must say
+  std::string message;  ///< a part of the error's message
   std::function<void(RobotSettings&)> change = {};
 };
 

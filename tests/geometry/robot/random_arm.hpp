@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-/// Each number by a statement of its own: in which order a call's arguments are drawn is the compiler's choice.
+/// A separate statement for each number: the compiler chooses the order in which a call's arguments are evaluated.
 inline Vector3 random_vector(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const double z = unit(random), y = unit(random), x = unit(random);

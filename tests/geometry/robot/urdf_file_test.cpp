@@ -104,7 +104,7 @@ TEST(ReadUrdf, ExpandsNoMacrosOfAFileThatIsNotNamedXacro) {
       << macro.error().message;
 }
 
-/// xacro expands <xacro:NAME> alone: a file with another prefix would lack what its macros stand for.
+/// xacro expands <xacro:NAME> only: a file with another prefix would lack the contents of its macros.
 TEST(ReadUrdf, RefusesMacrosOfAnyPrefix) {
   const auto with = [](const std::string& space) {
     return read_text("<robot name='a' xmlns:x='" + space + "'><link name='base'/>\n<x:arm parent='base'/></robot>");

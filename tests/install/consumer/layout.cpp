@@ -1,4 +1,4 @@
-// Sizes, alignments and offsets of what crosses the library's border: the same whatever flags this is compiled with.
+// Sizes, alignments and offsets of the types in the library's interface: the same with any compiler flags.
 #include <cstddef>
 #include <cstdio>
 
