@@ -11,7 +11,7 @@
 namespace steadyhand {
 namespace {
 
-/// A console as somebody makes it who embeds it, before a simulated arm.
+/// A console with a simulated arm, made as an embedding program does.
 struct Console : testing::Test {
   Console() : arm(ur5e(), ur5e().home, {}, clock) {
     for (const char* name : {"tracking", "waiter"}) settings.profiles.push_back(*load_profile(name));
@@ -112,7 +112,7 @@ OperatorRequest episode(EpisodeMark::Kind kind) {
   return request;
 }
 
-/// What counts as kept is what a data set will find.
+/// An episode counts as kept only if a data set will find it.
 TEST_F(Console, AnEpisodeIsKeptOnceItIsRecorded) {
   auto made = LiveConsole::make(ur5e(), settings, arm, clock, callbacks);
   ASSERT_TRUE(made) << made.error().message;

@@ -74,7 +74,7 @@ TEST(OutputQueue, TellsWhatIsMissing) {
   Pipe pipe;
   OutputQueue out(pipe.ends[1]);
   out.say(std::string(OutputQueue::kMost, '.'));  // more than the pipe holds
-  std::string read = pipe.read_until(".");        // so that it is being written, and goes no further
+  std::string read = pipe.read_until(".");        // the writer is in the middle of it, and blocked
   const int lines = 2 * OutputQueue::kMost / static_cast<int>(line(0).size());
   for (int i = 0; i < lines; ++i) out.say(line(0));
   std::atomic<bool> seen{false};

@@ -6,7 +6,7 @@
 namespace steadyhand {
 namespace {
 
-/// A place whose disk is full once a recording has so many bytes.
+/// A place whose disk is full once a recording has a number of bytes.
 struct FullDisk final : RecordingPlace {
   struct Sink final : McapSink {
     explicit Sink(std::size_t room_) : room(room_) {}
@@ -33,7 +33,7 @@ EpisodeMark said(EpisodeMark::Kind kind, int episode, Time at) {
   return mark;
 }
 
-/// In the order in which it is known.
+/// In the order in which they become known.
 std::string outcomes(SessionRecorder& recorder) {
   std::string text;
   for (const EpisodeOutcome& outcome : recorder.take_episode_outcomes()) {

@@ -51,7 +51,7 @@ TEST(SessionLibrary, SaysWhatIsWrongWithAFile) {
   }
 }
 
-/// A pipe that nobody writes to would keep who opens it, and all who ask after him, waiting for good.
+/// Opening a pipe without a writer would block forever, and with it all later requests.
 TEST(SessionLibrary, WaitsForNoPipe) {
   TemporaryFolder folder;
   const std::string pipe = folder.path() / "pipe.mcap";
@@ -68,7 +68,7 @@ TEST(SessionLibrary, WaitsForNoPipe) {
   }
 }
 
-/// An arm may have told for a moment of what is no number; JSON has no word for it.
+/// An arm may report a value that is not finite for a moment; JSON cannot represent it.
 TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   TemporaryFolder folder;
   {
@@ -97,7 +97,7 @@ TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   EXPECT_EQ(motion["q"], Json({{0.25}, {0.5}}));
   EXPECT_TRUE(motion["target"]["t_s"].empty() && motion["events"].empty());
   EXPECT_EQ(motion["gripper"], Json({nullptr, nullptr}));
-  EXPECT_TRUE(motion.contains("slosh") && motion["slosh"].is_null());  // no hand led
+  EXPECT_TRUE(motion.contains("slosh") && motion["slosh"].is_null());  // the arm was never engaged
   EXPECT_TRUE(motion.contains("off_target_mm") && motion["off_target_mm"].is_null());
   EXPECT_EQ(
       motion["felt"],
@@ -112,8 +112,8 @@ PlanStep one_joint_step(double t) {
   return step;
 }
 
-/// The comparison has its figures from here, and must not count anew by times that are rounded: the hand may have let
-/// go between a measurement and what its time is rounded to.
+/// The comparison takes its figures from here. It must not recompute them from rounded times: the hand may have
+/// released between a measurement and its rounded time.
 TEST(SessionLibrary, CountsSloshAndDistanceAsTheReportDoes) {
   TemporaryFolder folder;
   const auto path = folder.path() / "slosh.mcap";
@@ -140,7 +140,7 @@ TEST(SessionLibrary, CountsSloshAndDistanceAsTheReportDoes) {
     ASSERT_TRUE(felt(from_seconds(1.0), 4.0004));
     ASSERT_TRUE(felt(from_seconds(1.5), 6.0004));
     ASSERT_TRUE(state(from_seconds(2.00003), SupervisionState::kEngaged, SupervisionState::kReady));
-    ASSERT_TRUE(felt(from_seconds(2.00004), 90.0));  // told as of 2.0000 s
+    ASSERT_TRUE(felt(from_seconds(2.00004), 90.0));  // 2.0000 s when rounded
     for (int i = 0; i < 60; ++i) {                   // each second one is too near to be drawn
       PlanStep step = one_joint_step(1.0 + i / 60.0);
       step.engaged = i < 40;
@@ -286,7 +286,7 @@ std::string content(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Each was possible when it was asked for.
+/// Each was possible at the time of its request.
 TEST(SessionEdits, OfTwoRenamesToOneNameOneIsCarriedOut) {
   TemporaryFolder folder;
   using Kind = SessionEdit::Kind;
@@ -368,7 +368,7 @@ TEST(SessionEdits, NoFileSystemReplacesAFile) {
   }
 }
 
-/// Who asks second is answered at once, though a report may keep the first one waiting.
+/// The second request is answered at once, though a report may delay the first.
 TEST(SessionLibrary, ANameIsPromisedToOneRename) {
   TemporaryFolder folder;
   for (const char* name : {"one", "two"}) folder.write(std::string(name) + ".mcap", name);

@@ -191,7 +191,7 @@ TEST_F(Recorded, AFaultLeavesTheSecondsBeforeItInAFileOfItsOwn) {
   ASSERT_EQ(flight.changes.size(), 1u);
   EXPECT_EQ(flight.changes[0].to, "fault");
 
-  // A stop that somebody asked for is none, and the second fault does not overwrite the first.
+  // A stop on request is no fault, and the second fault does not overwrite the first.
   taps.change({now, SupervisionState::kReady, SupervisionState::kStopping, "a stop was asked for", false});
   run(taps, 0.1);
   EXPECT_EQ(files().size(), 1u);
@@ -245,7 +245,7 @@ TEST_F(Recorded, WhoAsksAgainAndAgainGetsFewFilesAndAllThatWasWanted) {
   EXPECT_GT(commands, wanted - 10 * most);  // a file begins with the look after the first messages
 }
 
-/// It is told, and what comes after it is recorded. Nobody says "recorded" of a file that is not there.
+/// The loss is reported, and a new file has what follows. The recorder never reports a missing file as recorded.
 TEST_F(Recorded, AFileThatIsDeletedOrMovedAwayIsFollowedByAnother) {
   SessionRecorder recorder = make();
   LiveTaps taps = recorder.taps();
@@ -361,7 +361,7 @@ TEST_F(Recorded, WhatTheOperatorSetComesBackAndIsReplayed) {
   EXPECT_NE(refused.error().message.find("nothing"), std::string::npos) << refused.error().message;
 }
 
-/// What a term adds to J is what the planner has weighed; so all of them together are J.
+/// A term's share of J is its weighted value, so the shares add up to J.
 TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
   VirtualSession::Options options;
   options.profile = "carry";

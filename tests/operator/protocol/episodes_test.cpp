@@ -79,7 +79,7 @@ TEST(Episodes, OneThatIsNotRecordedIsLost) {
   EXPECT_EQ(view.kept, 0);
   EXPECT_EQ(view.lost, 2);
 
-  // If a change of mind is not recorded, what the recording says before it stays.
+  // If a changed decision is not recorded, the recording's earlier one stays.
   (void)episodes.take(said(Said::kKeep, 9.0), {});
   (void)episodes.settle({3, Said::kKeep, true}, from_seconds(9.0));
   (void)episodes.take(said(Said::kDiscard, 10.0), {});

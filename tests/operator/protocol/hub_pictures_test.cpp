@@ -74,7 +74,7 @@ TEST_F(HubPictures, GoToWhoAskedForTheCameraFromAKeyPictureOn) {
   film(1, true, "w2");
   film(0, false, "f3");
   EXPECT_EQ(viewer.pictures, (Texts{"f2", "f3"}));
-  watch(id, {"wrist", "front"});  // what is watched already goes on
+  watch(id, {"wrist", "front"});  // cameras that are watched already continue
   film(0, false, "f4");
   film(1, false, "w4");
   film(1, true, "w5");

@@ -116,7 +116,7 @@ TEST_F(HubTest, RefusesAnotherVersionAndWhoDoesNotGreet) {
 TEST_F(HubTest, ACodePairsUntilOneOfItsClientsCommands) {
   FakeOutbox phone, headset, late;
   const std::string code = hub_.code();
-  pair(phone);  // somebody looks at the link
+  pair(phone);  // another client opens the link
   const auto id = pair(headset);
   ASSERT_TRUE(phone.last("paired"));
   ASSERT_TRUE(headset.last("paired"));
@@ -130,7 +130,7 @@ TEST_F(HubTest, ACodePairsUntilOneOfItsClientsCommands) {
   say(third, {{"type", "pair"}, {"code", code}});
   EXPECT_EQ(late.last_error(), "code");
   EXPECT_NE(late.last_words().find("used up"), std::string::npos) << late.last_words();
-  // Who commands again, or with an older code, uses up none.
+  // A client that takes control again, or that paired with an older code, uses up no code.
   const std::string next = hub_.code();
   say(id, {{"type", "release"}});
   say(id, {{"type", "take"}});
@@ -153,7 +153,7 @@ TEST_F(HubTest, ACodeIsEasyToTypeAndARefusalSaysWhatIsWrong) {
   typed[1] = static_cast<char>(std::toupper(typed[1]));
   say(id, {{"type", "pair"}, {"code", typed}});
   EXPECT_TRUE(a.last("paired"));
-  // Paired already: the same token, whatever it says.
+  // Paired already: the same token, for any code.
   const Json token = (*a.last("paired"))["token"];
   say(id, {{"type", "pair"}, {"code", "wrong"}});
   EXPECT_EQ((*a.last("paired"))["token"], token);
@@ -444,7 +444,7 @@ TEST_F(AskingTest, ThePersonsOtherTabTakesItWithoutAsking) {
   EXPECT_FALSE(holds_.has_lease());
 }
 
-/// What was closed before a release that overtook it must not close the clutch again.
+/// A release may overtake samples with a closed clutch; these must not close the clutch again.
 TEST_F(HubTest, WhatAReleaseOvertookStaysDropped) {
   FakeOutbox outbox;
   const auto id = pair(outbox);
@@ -489,7 +489,7 @@ TEST_F(HubTest, AReleaseIsNeverDropped) {
     say(id, message);
     ASSERT_EQ(samples_.size(), before + 1) << message;
     EXPECT_FALSE(samples_.back().clutch);
-    // Whatever it said, the gate behind must find it newer than what was before, and fresh.
+    // For any claimed time, the gate must find the sample newer than the previous ones, and fresh.
     EXPECT_GE(samples_.back().stamp.hand, samples_[before - 1].stamp.hand);
     EXPECT_LE(now_ - samples_.back().stamp.hand, Hub::kOldest / 2);
   };
@@ -661,7 +661,7 @@ TEST_F(PlacesTest, WhoSaysNothingUsefulLeavesFirst) {
   EXPECT_TRUE(first.closed);
   EXPECT_EQ(first.last_error(), "full");
   EXPECT_EQ(hub_.clients(), static_cast<std::size_t>(kPlaces));
-  // However many come, who is paired stays, and each newcomer may stop.
+  // For any number of newcomers: a paired client stays, and each newcomer may stop.
   for (int i = 0; i < 3 * kPlaces; ++i) come(kHere);
   EXPECT_FALSE(paired.closed);
   EXPECT_TRUE(newcomer.closed && stops.closed);

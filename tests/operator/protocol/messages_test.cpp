@@ -70,7 +70,7 @@ TEST(Messages, RefusesWhatIsTooLongOrTooDeep) {
   EXPECT_FALSE(parse_client_message(std::string(1'000'000, '{')));
 }
 
-/// Notes are for people, who write as many lines as they like; they reach no terminal as they are.
+/// Notes are for people and may have many lines; no terminal gets them unescaped.
 TEST(Messages, NotesMayHaveLines) {
   EXPECT_TRUE(parse_client_message(R"({"type":"request","kind":"episode","text":"keep","notes":"a\nb"})"));
 }

@@ -15,7 +15,7 @@ namespace {
 using Kind = OperatorRequest::Kind;
 constexpr int kLateral = 4;  ///< among the default objectives
 
-/// A desk before a session whose threads were not started.
+/// An operator interface to a session whose threads were not started.
 template <typename SessionClock>
 struct DeskBefore : testing::Test {
   DeskBefore() : arm(ur5e(), ur5e().home, {}, clock) {
@@ -107,7 +107,7 @@ CellObject ball(const Vector3& p, const Vector3& velocity = Vector3::Zero()) {
   return object;
 }
 
-/// A desk with a table of which the glass may touch the top.
+/// An operator interface with a table whose top the glass may touch.
 struct DeskWithTable : Desk {
   DeskWithTable() {
     CellObject table = ball({0, 0, -0.5});
@@ -123,7 +123,7 @@ struct DeskWithTable : Desk {
   double x(int object) const { return cell().objects.at(object).origin.translation().x(); }
 };
 
-/// They are at the end of the world, where they are in nobody's way, and no reason to refuse what others do.
+/// Objects at the end of the world are in no one's way, and no reason to refuse the requests of others.
 TEST_F(DeskWithTable, WhatHasFlownOutOfTheCellHoldsNothingUp) {
   ASSERT_TRUE(set("one", ball({2, 0, 0}, {100, 0, 0})));
   ASSERT_TRUE(set("other", ball({0, 2, 0}, {0, 60, 80})));
@@ -208,7 +208,7 @@ TEST_F(DeskWithTable, RefusesObjectsThatCannotBeAndKeepsTheCell) {
   EXPECT_EQ(static_cast<int>(cell().objects.size()), Obstacles::kMost);
 }
 
-/// A desk before a session that runs.
+/// An operator interface to a running session.
 struct RunningDesk : DeskBefore<MonotonicClock> {
   RunningDesk() {
     session->start();

@@ -54,7 +54,7 @@ TEST(Playback, GripsLeadsReturnsAndLetsGoAgainAndAgainWithoutAJump) {
   EXPECT_NEAR(farthest, 0.3 * std::sin(1.0), 1e-6);
 }
 
-/// Where a busy machine cost it the grip, the hand lets go and grips where it is, and the round goes on from there.
+/// If a busy machine costs it the grip, the hand releases, engages where it is, and continues the round from there.
 TEST(Playback, GripsAnewWhereItIsAndGoesOn) {
   const Recording recording = away();
   for (const double lost_at : {1.7, 2.6}) {  // s: in the recording, and on the way back
@@ -89,7 +89,7 @@ TEST(Playback, GripsAnewWhereItIsAndGoesOn) {
   }
 }
 
-/// What is asked for while the tool is elsewhere leads it to where the recording belongs, once.
+/// If the tool is elsewhere, playback first moves it once to where the recording belongs.
 TEST(Playback, GoesItsWayFirst) {
   const Recording recording = away();
   const Pose first = recording.samples.front().X_operator_hand;

@@ -1,5 +1,5 @@
-// What is made of the messages' descriptions, compared with the files in the repository. STEADYHAND_WRITE=1 writes them
-// anew: STEADYHAND_WRITE=1 build/release/test_protocol --gtest_filter='ProtocolFiles.*'
+// Files that are generated from the messages' descriptions, compared with those in the repository. To write them again:
+// STEADYHAND_WRITE=1 build/release/test_protocol --gtest_filter='ProtocolFiles.*'
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ const std::vector<DataType>& server_types() {
 }
 std::string type_name(const DataType& message) { return message.members.front().type.front().enumerators[0].name; }
 
-/// Compares, or writes the file anew.
+/// Compares, or writes the file again.
 void expect_file(const std::string& path, const std::string& text) {
   const std::string file = STEADYHAND_ROOT "/" + path;
   if (std::getenv("STEADYHAND_WRITE")) std::ofstream(file, std::ios::binary) << text;

@@ -131,7 +131,7 @@ TEST_F(CrowdTest, AFlooderThatDoesNotReadIsCutOff) {
   EXPECT_TRUE(wait_until([&] { return server_->counters().clients == 0; }));
 }
 
-/// Their answers wait until the client is cut off, and the server reads on meanwhile.
+/// The answers wait until the client is cut off; the server continues to read meanwhile.
 TEST_F(CrowdTest, AFlooderThatDoesNotReadItsPongsIsCutOff) {
   start();
   SocketClient flooder(server_->port(), 4096);
@@ -160,7 +160,7 @@ TEST_F(CrowdTest, AStopBehindAPongThatNobodyReadsCounts) {
   EXPECT_TRUE(wait_for([&] { return requests_.size() == 1; }));
 }
 
-/// Also what is on its way when the server says goodbye, or comes then.
+/// Also a stop that is on its way when the server says goodbye, or that arrives then.
 TEST_F(CrowdTest, AStopCountsUntilTheSocketIsClosed) {
   start();
   SocketClient future(server_->port());
@@ -176,7 +176,7 @@ TEST_F(CrowdTest, AStopCountsUntilTheSocketIsClosed) {
   EXPECT_GE(requests_.size(), 3u) << "it is open for a while";
 }
 
-/// A server that waits for nobody for longer than this.
+/// A server that waits for no client for longer than this.
 class PatienceTest : public CrowdTest {
  protected:
   PatienceTest() {

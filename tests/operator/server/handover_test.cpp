@@ -9,7 +9,7 @@ namespace {
 
 class HandoverTest : public ServerTest {
  protected:
-  /// What is said to a code.
+  /// The server's answer to a code.
   Json try_code(SocketClient& client, const std::string& code) {
     client.say({{"type", "pair"}, {"code", code}});
     for (;;) {
@@ -53,12 +53,12 @@ TEST_F(HandoverTest, TheAddressThatTheBrowserIsOpenedWithHoldsNoCode) {
   EXPECT_EQ(try_code(own, "local")["type"], "paired");
 }
 
-/// Only root can become somebody else for a while; without it this is not tested.
+/// Only root can switch to another user for a while; without root this is not tested.
 TEST_F(HandoverTest, AnotherUserOfThisMachineNeedsTheCode) {
   if (geteuid() != 0) GTEST_SKIP() << "not tested: another user; run as root";
   start();
   const pid_t child = fork();
-  if (child == 0) {  // no test of its own: it says by its exit code what it heard
+  if (child == 0) {  // not a test itself: its exit code says what it heard
     if (setresuid(65534, 65534, 65534) != 0) _exit(3);
     SocketClient stranger(server_->port());
     if (stranger.connect() != 101u) _exit(4);

@@ -18,7 +18,7 @@ using boost::asio::ip::tcp;
 
 class PeerUser : public testing::Test {
  protected:
-  /// Both ends of a new connection: who came, and who let him in.
+  /// Both ends of a new connection: the client's and the server's.
   std::pair<tcp::socket, tcp::socket> connect() {
     tcp::socket visitor(io);
     visitor.connect(door.local_endpoint());

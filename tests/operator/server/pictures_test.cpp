@@ -14,7 +14,7 @@ class Pictures : public ServerTest {
     client.say({{"type", "ping"}, {"t_s", 1.0}});
     ASSERT_FALSE(client.hear("pong").is_null());  // by then it is heard
   }
-  /// @param number stands in it
+  /// @param number the packet carries it
   static VideoPacket picture(int number, bool is_key, std::size_t bytes = 4000) {
     VideoPacket packet;
     packet.stamp.hand = from_seconds(number);
@@ -22,7 +22,7 @@ class Pictures : public ServerTest {
     packet.data.assign(bytes, 'x');
     return packet;
   }
-  /// Number of the next picture that comes, states and all else left out.
+  /// Number of the next picture; states and all other messages are skipped.
   static int next(SocketClient& client, bool* is_key = nullptr) {
     const std::string message = client.hear_bytes();
     double exposed = -1.0;
@@ -68,7 +68,7 @@ TEST_F(Pictures, ASlowClientLosesSomeUpToAKeyPictureAndAQuickOneNone) {
     ASSERT_GT(number, last);
     ASSERT_TRUE(number == last + 1 || is_key) << number << " cannot be decoded after " << last;
     last = number;
-    if (last > kPictures - 15 && received > 0 && !is_key) break;  // of the last second it has what it could get
+    if (last > kPictures - 15 && received > 0 && !is_key) break;  // the last second is complete as far as possible
   }
   EXPECT_LT(received, kPictures / 2);
   EXPECT_GT(server_->counters().pictures_skipped, 0u);

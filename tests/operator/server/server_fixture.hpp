@@ -21,7 +21,7 @@ inline Time clock_now() { return std::chrono::steady_clock::now().time_since_epo
 
 using Answer = std::function<void(Result<FreshPage>)>;
 
-/// A server on a free port, and what it told the session.
+/// A server on a free port, and what it reported to the session.
 class ServerTest : public testing::Test {
  protected:
   void start(ServerSettings settings = {}) {
@@ -76,7 +76,7 @@ class ServerTest : public testing::Test {
     return told_.wait_for(lock, 20s, condition);
   }
 
-  /// The same for what nobody tells.
+  /// The same for conditions without a notification.
   template <typename Condition>
   static bool wait_until(Condition&& condition) {
     for (int i = 0; i < 20'000; ++i) {
@@ -90,7 +90,7 @@ class ServerTest : public testing::Test {
     const std::string url = server_->urls().front();
     return url.substr(url.find("#code=") + 6);
   }
-  /// Paired; the lease too if wanted.
+  /// Connects and pairs; takes the lease too if wanted.
   void join(SocketClient& client, bool take) {
     ASSERT_EQ(client.connect(), 101u);
     client.greet();
@@ -133,8 +133,8 @@ class ServerTest : public testing::Test {
   std::vector<std::string> failures_;
   int ticks_ = 0;
   std::vector<std::uint64_t> leases_;
-  std::vector<std::string> urls_;  ///< of the newest code
-  std::thread::id thread_;         ///< told by on_thread
+  std::vector<std::string> urls_;  ///< with the newest code
+  std::thread::id thread_;         ///< set by on_thread
   std::unique_ptr<Server> server_;
 };
 

@@ -280,7 +280,7 @@ TEST_F(ServerTest, StatesReach64ClientsAndTheLeaseHoldersSamplesArrive) {
     snapshot.now = from_seconds(i);
     snapshot.samples = static_cast<std::uint64_t>(i);
     server_->publish(snapshot);
-    // An open hand counts however late it is heard, as it is where a sanitizer serves so many.
+    // An open hand counts however late it arrives, as it may with a sanitizer and this many clients.
     Json open = sample(i);
     open["clutch"] = false;
     driver.say(open);

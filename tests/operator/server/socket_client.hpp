@@ -17,7 +17,7 @@ struct Page {
   std::string body, policy, type, cookie;
 };
 
-/// One request over a connection of its own. Throws if there is no answer.
+/// One request over a separate connection. Throws if there is no answer.
 Page fetch(std::uint16_t port, const std::string& path, const std::string& host = "localhost",
            const std::string& method = "GET");
 /// With a token, or (by its name) another header.
@@ -31,7 +31,7 @@ class SocketClient {
   explicit SocketClient(std::uint16_t port, int receive_buffer = 0);
   ~SocketClient();
 
-  /// Only as far as TCP goes; false: nobody is there.
+  /// Only as far as TCP goes; false: no listener.
   bool reach();
   /// The HTTP status: 101 if it became a WebSocket. 0: no answer.
   unsigned connect(const std::string& origin = "", std::string host = "", const std::string& path = "/live");
@@ -39,7 +39,7 @@ class SocketClient {
   bool say_text(const std::string& text);
   /// These bytes as they are. False: the connection has ended.
   bool say_bytes(std::string_view bytes);
-  /// What comes next, without WebSocket; empty at the end of the connection.
+  /// The next bytes, without WebSocket; empty at the end of the connection.
   std::string hear_raw(std::size_t most);
   /// null at the end of the connection.
   Json hear();
@@ -47,13 +47,13 @@ class SocketClient {
   Json hear(const std::string& type);
   /// The next message that is no text; empty at the end of the connection.
   std::string hear_bytes();
-  /// Whether the connection ends within this time, whatever comes until then. Nothing can be heard afterwards.
+  /// Whether the connection ends within this time; data until then is dropped. Nothing can be heard afterwards.
   bool ends_within(Time span);
   /// The code that the server's farewell had; 0: it said none.
   unsigned farewell() const;
   /// Whether the server answers a farewell with its own.
   bool part();
-  /// What came with the newest pong, as far as was read.
+  /// The data of the newest pong that was read.
   const std::string& pong() const;
   void greet() { say({{"type", "hello"}, {"version", 2}}); }
 
