@@ -33,7 +33,7 @@ TEST(Liquid, SwingsFreelyAtTheFirstModeOfTheCylinderAndDecays) {
   EXPECT_EQ(liquid.state().tilt_x, 0.0);
 }
 
-/// Until it is filled anew.
+/// Until the glass is filled again.
 TEST(Liquid, HoldsTheLargestWave) {
   const GlassSettings glass;
   Liquid liquid(glass);
@@ -68,7 +68,7 @@ TEST(Liquid, IsFilledInAGlassThatLeans) {
   }
 }
 
-/// What a glass that leaned could not hold when it was filled was not spilled later.
+/// Liquid that a leaning glass could not hold when it was filled does not count as spilled later.
 TEST(Liquid, SpillsOfWhatWasInIt) {
   const GlassSettings glass;
   const double angle = 2.0 * std::atan((glass.height - glass.fill) / glass.radius);
@@ -94,7 +94,7 @@ TEST(Liquid, SpillsOfWhatWasInIt) {
   EXPECT_EQ(liquid.state().spilled_share, 0.0);
 }
 
-/// Who looks 60 times a second misses no peak, however short.
+/// Reading at 60 Hz misses no peak, however short.
 TEST(Liquid, TellsTheLargestForceOfTheLastMoment) {
   Liquid liquid(GlassSettings{});
   for (int peak = 100; peak < 120; ++peak) {

@@ -164,8 +164,8 @@ TEST(Slosh, DerivativesByTheArmsMotion) {
   }
 }
 
-/// The force at an interval's middle stands for that of the whole interval: what this leaves of the wave after a
-/// horizon of brisk motion is small beside the margin.
+/// The force at an interval's middle represents the whole interval. The error of the wave after a horizon of brisk
+/// motion is small compared with the margin.
 TEST(Slosh, MiddlesOfIntervalsTellTheWave) {
   double worst = 0.0;
   for (unsigned seed = 1; seed <= 20; ++seed) {

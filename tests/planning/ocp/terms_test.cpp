@@ -141,7 +141,7 @@ struct Fixture {
   double time_ = kNode * ocp_.dt();
 };
 
-class EveryTerm : public testing::TestWithParam<int> {};  // of the arm's joints
+class EveryTerm : public testing::TestWithParam<int> {};  // the number of the arm's joints
 
 TEST_P(EveryTerm, ObjectiveDerivatives) {
   Fixture f(GetParam(), GetParam());
@@ -199,7 +199,7 @@ TEST_P(EveryTerm, ConstraintDerivatives) {
   }
 }
 
-/// A clearance takes as much from every gap, and from nothing else.
+/// A clearance reduces every gap by the same amount, and nothing else.
 TEST(Terms, ClearanceIsTakenFromGaps) {
   Fixture f(6, 6);
   f.move(f.random_z());
@@ -306,8 +306,8 @@ TEST(Weights, BadOnesAreRefusedByName) {
   }
 }
 
-/// No acceleration within the first interval's bounds leads beyond a position limit before node 1, and those beyond the
-/// bounds do; where none can avoid it, what is left is the hardest braking.
+/// Accelerations within the first interval's bounds exceed no position limit before node 1, and those beyond the bounds
+/// do. If none can avoid it, only the hardest braking is left.
 TEST(FirstInterval, IsBoundedJustAsThePositionLimitAsks) {
   std::mt19937 random(3);
   const RobotModel model = random_arm(1, random);

@@ -135,7 +135,7 @@ TEST(Pipeline, RefusesNamesAndNumbersWithTheReason) {
   EXPECT_NE(Pipeline::make(model, settings).error().message.find("magic"), std::string::npos);
 }
 
-/// A hand whose quaternion is a little off is followed, as the message of feed() has it, and not silently let go.
+/// A hand whose quaternion is slightly off is followed, as the message of feed() says, and not silently released.
 TEST(Pipeline, AQuaternionThatIsOffByLessThanAThousandthIsFollowed) {
   for (const double length : {0.9991, 0.9996, 1.0004, 1.0009}) {
     const auto arm = make();

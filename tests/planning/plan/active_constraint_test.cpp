@@ -8,7 +8,7 @@
 namespace steadyhand {
 namespace {
 
-/// An arm that stands clear of everything, with a plan that stands too.
+/// A stationary arm clear of everything, with a stationary plan.
 struct Standing : testing::Test {
   Standing() : random(11), model(random_arm(6, random, false)), arm(model) {
     while (arm.set_position(model.home), clearance(arm) < 0.05) model.home = random_joints(6, 2.0, random);
@@ -61,7 +61,7 @@ TEST_F(Standing, NamesThePairThatTouches) {
   EXPECT_EQ(found.first, i);
 }
 
-/// Plans keep bodies apart by the instance's clearance: what stands at it is what holds the arm back.
+/// Plans keep bodies apart by the instance's clearance: a pair at that distance is the active constraint.
 TEST_F(Standing, APairAtItsClearanceIsTouched) {
   instance.clearance = clearance(arm) - 5e-4;
   EXPECT_EQ(active().kind, ConstraintKind::kSelfCollision);

@@ -6,8 +6,7 @@
 namespace steadyhand {
 namespace {
 
-/// Weights of an arm whose target stays where it is, which leave some of its joints' motion free or are next to
-/// nothing.
+/// Weights of an arm with a fixed target that leave some of its joints' motion free, or are almost 0.
 TEST(Planner, StaysAtRestWhateverTheWeightsLeaveFree) {
   using Weights = std::map<std::string, std::vector<double>>;
   const Weights cases[] = {{},

@@ -84,7 +84,7 @@ TEST(LiquidEstimate, FollowsCommandsAsItFollowsAPlan) {
   EXPECT_TRUE(c.estimate.between(last, late, c.any_state()).isApprox(c.estimate.at_rest(late.q)));
 }
 
-/// So that a profile which spares the liquid begins with one that is in the glass, whatever another did before.
+/// A profile that spares the liquid starts with the liquid in the glass, no matter what another profile did before.
 TEST(LiquidEstimate, WhatWouldSwingOverTheRimHasSpilled) {
   Carrying c(7);
   const SloshModel model({}, 1.0, {0.92, 1.0, 1.08});
@@ -106,7 +106,7 @@ TEST(LiquidEstimate, WhatWouldSwingOverTheRimHasSpilled) {
   }
 }
 
-/// A glass that stands is not integrated: what comes out is what the steps would give.
+/// A stationary glass is not integrated: the result is what the steps would give.
 TEST(LiquidEstimate, StandingIsAPlanThatStands) {
   Carrying c(4);
   for (int k = 0; k < 8; ++k) {
@@ -174,7 +174,7 @@ struct CarryingLoop : Loop {
     } while (arm.R()(2, 2) < 0.98 || clearance(arm) < 0.02);
     planner = std::move(*Planner::make(model, settings, {}));
   }
-  /// To and fro along a level line.
+  /// Back and forth along a level line.
   Reference along(Time start, double way, double speed) {
     Reference r = reference(start);
     arm.set_position(model.home);

@@ -64,7 +64,7 @@ Swing swing(Loop& loop, const Obstacles& obstacles, const Obstacles& known) {
   return result;
 }
 
-/// Where the swinging tool would go, each kind of obstacle stands in the way.
+/// Each kind of obstacle is in the way of the swinging tool.
 TEST(Obstacles, AreNotTouched) {
   int near = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {
@@ -95,7 +95,7 @@ TEST(Obstacles, AreNotTouched) {
   EXPECT_GT(near, 4);
 }
 
-/// The arm gives way to what flies past, as the problem knows where it will be.
+/// The arm gives way to an obstacle that flies past, because the problem knows its future position.
 TEST(Obstacles, GivesWayToWhatMoves) {
   int gave_way = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
@@ -149,7 +149,7 @@ TEST(Obstacles, AreLookedForAtAllTimes) {
     if (at_points > 0.2 || at_points < 0.001) continue;
     for (int i = 0; i <= 64 * plan.intervals; ++i) at_all_times = std::min(at_all_times, apart(i * plan.dt / 64.0));
     if (at_all_times < 0.001) continue;
-    double braked = 1e9;  // what comes so near may come nearer
+    double braked = 1e9;  // an obstacle this close may come closer
     for (int i = 0; i <= 16 * plan.intervals; ++i) {
       const double t = i * plan.dt / 16.0;
       arm.set_position(straight_stop_at(bare, plan.x[0].head(6), plan.x[0].tail(6), t));
@@ -171,7 +171,7 @@ TEST(Obstacles, AreLookedForAtAllTimes) {
   EXPECT_EQ(free, near);
 }
 
-/// What covers the arm where it stands may be left, and entered no further.
+/// The arm may leave an obstacle that covers it, but enter it no further.
 TEST(Obstacles, APlanMayLeadOutOfOne) {
   Loop loop(3);
   Plan rest;
@@ -198,7 +198,7 @@ TEST(Obstacles, WhatIsLeftIsNoLeaveToEnterOthers) {
   Plan plan;
   stand(bare.home, Time(0), plan);
   plan.intervals = 4;
-  for (int k = 0; k < 4; ++k) {  // to and fro of the acceleration: 0.3 rad further, at rest
+  for (int k = 0; k < 4; ++k) {  // acceleration forth and back: 0.3 rad further, at rest
     plan.u[k] = (k < 2 ? 30.0 : -30.0) * JointVector::Unit(6, 1);
     plan.x[k + 1].resize(12);
     plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
@@ -227,15 +227,15 @@ TEST(Obstacles, WhatIsLeftIsNoLeaveToEnterOthers) {
   }
 }
 
-/// What comes at the arm may come as near as if the arm braked: no plan is better at once. No nearer: the plan may not
-/// meet it.
+/// An approaching obstacle may come as near as if the arm braked, because no plan can be better at once. The plan may
+/// not let it come nearer.
 TEST(Obstacles, WhatComesIsNotMet) {
   Loop loop(3);
   loop.arm.set_position(loop.model.home);
   const Vector3 center = loop.arm.body(loop.model.bodies.size() - 1).p;
   const double speed = 0.3;
   const Obstacles coming = cell({obstacle(Shape::sphere(0.02), center + Vector3(0.0, 0.0, 0.07), {0.0, 0.0, -speed})});
-  const auto go = [&](double shoulder) {  // rad/s^2, to and fro between two states of rest; back in 0.4 s
+  const auto go = [&](double shoulder) {  // rad/s^2, back and forth between two states of rest; back in 0.4 s
     Plan plan;
     stand(loop.model.home, Time(0), plan);
     plan.intervals = 4;
@@ -282,8 +282,8 @@ TEST(Obstacles, AShoulderNearATableHoldsNothingUp) {
   EXPECT_GT(tried, 2);
 }
 
-/// What the boxes leave out is not near.
-/// What moves fast elsewhere makes what stands near the arm no less certain.
+/// Obstacles outside the search boxes are not near. A fast obstacle elsewhere makes the distance to a near, stationary
+/// one no less certain.
 TEST(Obstacles, AreNotMixedUp) {
   Loop loop(10);
   std::mt19937 random(6);
@@ -407,8 +407,8 @@ TEST(Obstacles, PairsKeepTheirRows) {
   EXPECT_EQ(moved, 0);
 }
 
-/// Pressed flat onto a larger box, a box has rows for its corners alone; where it stands out over the edge, the whole's
-/// beside them. With the whole's row, whose derivative jumps from edge to edge, no end was found.
+/// Pressed flat onto a larger box, a box has constraints for its corners only; if it overhangs the edge, also one for
+/// the whole box. With that one, whose derivative jumps from edge to edge, the solver did not converge.
 TEST(Obstacles, ABoxThatLiesFlatOnAnotherHasItsCornersOnly) {
   for (const double aside : {0.0, 0.19}) {
     Loop loop(3, 0.2, kUsualObstacleRows);
@@ -447,7 +447,7 @@ TEST(Obstacles, ABoxThatLiesFlatOnAnotherHasItsCornersOnly) {
   }
 }
 
-/// Where it was let overlap by 2 mm a plan led a bottle 1.5 mm into the upper arm.
+/// With an allowed overlap of 2 mm a plan moved a bottle 1.5 mm into the upper arm.
 TEST(Obstacles, WhatIsCarriedDoesNotTouchTheArmBetweenNodes) {
   Loop loop(10);
   const Plan plan = up_and_back(loop.model.home);

@@ -17,7 +17,7 @@
 namespace steadyhand {
 namespace {
 
-/// Whatever the re-planning rate: what the arm is told at 500 Hz stays in all limits, clear of itself, and never steps.
+/// At any re-planning rate: the commands at 500 Hz stay within all limits, free of self-collision, and never step.
 TEST(Planner, CommandsStayInsideAtAnyRate) {
   for (const double rate_hz : {11.0, 20.0, 37.0, 125.0}) {
     Loop loop(7);
@@ -120,13 +120,13 @@ TEST(Planner, KeepsTheLastPlanWhenSolvingFails) {
   for (int k = 0; k <= good.intervals; ++k) EXPECT_EQ(kept.x[k], good.x[k]);
   EXPECT_EQ(sample(kept, from_seconds(10.0)).dq.norm(), 0.0);
 
-  // It goes on from where the kept plan has led, at rest by then.
+  // It continues from the end of the kept plan, at rest.
   const Plan& next = loop.planner->update(loop.reference(from_seconds(5.0)));
   EXPECT_EQ(next.origin, PlanOrigin::kSolved);
   EXPECT_EQ(next.x[0].head(6), good.x[good.intervals].head(6));
 }
 
-/// FATROP throws where it cannot go on, and so may what it stands on.
+/// FATROP throws if it cannot continue, and so may the libraries below it.
 struct Thrower final : Solver {
   std::string_view name() const override { return "thrower"; }
   void solve(const OcpInstance&, const Trajectory&, const Multipliers*, const SolveBudget&,
@@ -238,7 +238,7 @@ TEST(Planner, WhatHasNoValueIsNotCalledSolved) {
   EXPECT_NE(plan.origin, PlanOrigin::kSolved);
 }
 
-/// A constraint that says of its one row what is asked for.
+/// A constraint whose one row is set by the test.
 struct Odd final : Constraint {
   Odd() : Constraint({"odd", "Odd", "m"}) {}
   Nodes nodes() const override { return Nodes::kStates; }
@@ -258,7 +258,7 @@ struct Odd final : Constraint {
   double margin = 1.0;
 };
 
-/// What a solver would otherwise write to the wrong place for.
+/// With such constraints a solver would write to the wrong place.
 TEST(Planner, RefusesConstraintsThatCannotBe) {
   Loop loop(9);
   const auto message = [&](const ConstraintMaker& maker) {
@@ -354,10 +354,10 @@ TEST(PlanCheck, FindsEachFault) {
   EXPECT_EQ(with_limit([&](RobotModel& m) { m = close; }), PlanFault::kSelfCollision);
 }
 
-/// An arm that braked by itself may stand a little beyond a limit: it must be possible to lead it back.
+/// An arm that braked by itself may be slightly beyond a limit: a plan must be able to return it.
 TEST(PlanCheck, LetsAPlanLeadBackFromBeyondALimitAndNoFurther) {
   Loop loop(10);
-  const auto fault = [&](const RobotModel& model, double acceleration) {  // of all joints for 0.1 s, and to rest
+  const auto fault = [&](const RobotModel& model, double acceleration) {  // all joints for 0.1 s, and then to rest
     Plan plan;
     stand(model.home, Time(0), plan);
     plan.intervals = 4;
@@ -501,9 +501,9 @@ TEST(PlanCheck, LooksAtAllTimesForEveryShape) {
   look_at_all_times(loop);
 }
 
-/// A small body on an arm of 1 m that turns at 3 rad/s flies past another one: half-way between two moments it is
-/// nearest, at constant velocity, so that no acceleration tells of it. Sharp bodies have no distance between cores to
-/// go by once they overlap.
+/// A small body on an arm of 1 m that turns at 3 rad/s flies past another one: it is nearest half-way between two
+/// moments, at constant velocity, so the acceleration does not show it. Sharp bodies that overlap have no distance
+/// between cores to use.
 TEST(PlanCheck, SeesWhatFliesPastBetweenTwoLooks) {
   RobotModel model;
   model.name = "one joint";

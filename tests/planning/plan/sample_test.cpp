@@ -102,12 +102,12 @@ TEST(Plan, StandsWhateverItWasBefore) {
   }
 }
 
-/// Whatever the plan, down to intervals far shorter than a nanosecond, and whatever the time: nothing is read that is
-/// not the plan's, and beside its span it stands.
+/// For any plan, with intervals far shorter than a nanosecond too, and any time: no value outside the plan is read, and
+/// before and after its span the plan is at rest.
 TEST(SamplePlan, IsSafeForEveryPlanAndTime) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const double inside = 7.0;  // of everything that is the plan's; beside it lies what is not a number
+  const double inside = 7.0;  // all values of the plan; those around them are NaN
   for (int i = 0; i < 20000; ++i) {
     Plan plan;
     for (StateVector& x : plan.x) x.setConstant(4, std::nan(""));

@@ -7,7 +7,7 @@
 namespace steadyhand {
 namespace {
 
-/// A solution with accelerations and multipliers that tell where they come from.
+/// A solution whose accelerations and multipliers encode where they come from.
 struct Fixture {
   Fixture() : problem(3, 2), warm_start(problem.ocp), evaluation(problem.ocp) {
     problem.draw(0.1);
@@ -26,7 +26,7 @@ struct Fixture {
     warm_start.reset(Time(0));
   }
 
-  /// The multiplier of `row` that stood at `node`, as constructed.
+  /// The multiplier of `row` at `node`, as constructed.
   static double expected(ConstraintRow row, double node) { return 1000.0 * row.constraint + row.row + 0.01 * node; }
 
   static constexpr int N = 8;
@@ -83,7 +83,7 @@ TEST(WarmStart, ShiftsByAnyTime) {
   }
 }
 
-/// A planner that is told to run faster begins its next plan sooner, which may be before the last one began.
+/// If the planner is set to run faster, its next plan starts sooner, perhaps before the last one started.
 TEST(WarmStart, BackwardsItBeginsWithTheFirstNode) {
   Fixture f;
   f.warm_start.keep(f.problem.solution, from_seconds(1.0));

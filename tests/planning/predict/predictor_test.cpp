@@ -45,7 +45,7 @@ TEST(RotationVector, RoundTrips) {
   }
 }
 
-/// A device that predicts its own poses, by more or less each time, leads the arm no further than one that does not.
+/// A device that predicts its own poses, by a varying time, moves the arm no further than one that does not.
 TEST(Predictor, TakesOffWhatTheDevicePredicted) {
   Random random(9);
   for (int trial = 0; trial < 200; ++trial) {
@@ -147,7 +147,7 @@ TEST(Predictor, CloseStampsMakeNoVelocity) {
   }
 }
 
-/// Whatever comes in, what goes out is finite, within reach, and made of rotations.
+/// For any input the output is finite, within reach, and its rotations are valid.
 TEST(Predictor, HoldsItsInvariants) {
   Random random(11);
   PredictorSettings settings;
@@ -335,8 +335,8 @@ TEST(DecayingPrediction, IsNearerThanConstantVelocityOnReaches) {
   }
 }
 
-/// It finds the velocity of a hand that goes on, and then lets it decay: far ahead the hand rests.
-/// Further the later and the faster; nothing is said of a hand that is lost, and of constant velocity.
+/// It estimates the velocity of a moving hand, then lets it decay: far ahead the hand is at rest. The spread grows with
+/// the time ahead and the speed. It is 0 for a lost hand and for constant velocity.
 TEST(DecayingPrediction, KnowsHowFarOffItMayBe) {
   PredictorSettings settings;
   settings.model = Prediction::kDecaying;

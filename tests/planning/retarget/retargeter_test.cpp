@@ -61,8 +61,7 @@ TEST(Retargeter, NeverStepsOnEngaging) {
   }
 }
 
-// What the operator's own frame is does not matter to motion in the hand's axes, and only its yaw to motion in the
-// room's.
+// Motion in the hand's axes does not depend on the operator's frame; motion in the room's axes depends only on its yaw.
 TEST(Retargeter, DependsOnMotionOnlyNotOnWhereTheRoomBegins) {
   Dice dice(2);
   for (int i = 0; i < kCases; ++i) {
@@ -142,7 +141,7 @@ TEST(Retargeter, ReturnsWithTheHand) {
   EXPECT_LT(distance(retargeter.update(sample_at(hand0), dice.pose()).X_base_tool, tool0), 1e-14);
 }
 
-// Let go of, the arm is to stand where it was then, although it coasts on for a moment.
+// After release the target is where the arm was then, although the arm coasts on for a moment.
 TEST(Retargeter, HoldsWhereItWasLetGo) {
   Dice dice(10);
   Retargeter retargeter;
@@ -184,7 +183,7 @@ TEST(Retargeter, PassesStamps) {
   EXPECT_EQ(target.stamp.made, Time(5));
 }
 
-// A pose that cannot be trusted lets go; the good one after it engages anew instead of following a teleport.
+// A pose that cannot be trusted releases; the next good one engages again and does not follow a teleport.
 TEST(Retargeter, LetsGoOfBadPoses) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   OperatorSample untracked = sample_at({{0.7, 0, 0}, Quaternion::Identity()});

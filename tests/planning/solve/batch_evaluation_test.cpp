@@ -105,7 +105,7 @@ TEST_P(BatchesOf, TermsAreThoseOfSingleNodes) {
 INSTANTIATE_TEST_SUITE_P(JointsAndHorizon, BatchesOf,
                          testing::Combine(testing::Values(1, 3, 6, 8), testing::Values(1, 3, 8, 9)));
 
-/// A term that says nothing about batches.
+/// A term without an implementation for batches.
 class Plain final : public Objective {
  public:
   explicit Plain(const Objective& term) : Objective({.name = "plain", .label = "Plain", .unit = "1"}), term_(term) {}

@@ -61,7 +61,7 @@ TEST_F(HardProblems, AreSolved) {
   EXPECT_LE(all, 60 * 48);
 }
 
-/// What comes back when the cap is met is inside all constraints, or is said not to be.
+/// If the cap is met, the result is inside all constraints, or its status says that it is not.
 TEST_F(HardProblems, CutShortSayWhatTheyAre) {
   int cut = 0;
   for_each([&](const Ocp& ocp, const PosedProblem& problem, const Multipliers& multipliers) {

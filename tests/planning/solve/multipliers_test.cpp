@@ -10,7 +10,7 @@
 namespace steadyhand {
 namespace {
 
-/// Beside a table of all of them.
+/// Compared with a table of all of them.
 TEST(Multipliers, AreThoseThatWereSet) {
   RandomProblem problem(3, 1);
   const Ocp& ocp = problem.ocp;

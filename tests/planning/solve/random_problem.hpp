@@ -48,7 +48,7 @@ struct RandomProblem {
     for (StateVector& x : guess.x) x = instance.x0;
   }
 
-  /// The liquid has come to rest in the tilted glass, nearly, and may stand a little higher or lower.
+  /// The liquid is nearly at rest in the tilted glass, and may be a little higher or lower.
   void fill_glass(const Kinematics& arm) {
     const Vector3 force = arm.R().transpose() * kGravity;
     std::normal_distribution<double> normal;

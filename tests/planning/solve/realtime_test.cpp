@@ -16,7 +16,7 @@ namespace {
 long allocations = 0;
 }
 extern "C" void* __libc_malloc(std::size_t size);
-/// Stands in for the C library's, so that every allocation of this program is counted, Eigen's too.
+/// Replaces the C library's, to count every allocation of this program, Eigen's too.
 extern "C" void* malloc(std::size_t size) {
   ++allocations;
   return __libc_malloc(size);
@@ -173,8 +173,8 @@ TEST(Realtime, AllocatesNothingInSolve) {
 }
 #endif
 
-/// Whatever the budget: inside the constraints when the guess was, never worse than it, and the status says no more
-/// than is so.
+/// For any budget: inside the constraints if the guess was, never worse than the guess, and the status claims no more
+/// than is true.
 TEST(Realtime, BudgetGivesTheBestFeasible) {
   int unfinished = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {

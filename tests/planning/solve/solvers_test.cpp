@@ -84,7 +84,8 @@ TEST_P(EverySolver, EndsWhereTheLiquidFallsOut) {
   }
 }
 
-/// Rows with a price may be outside their bounds in a solution; inside them a multiplier has what it had.
+/// Rows with a penalty weight may be outside their bounds in a solution; inside them the conditions on multipliers are
+/// as usual.
 TEST_P(EverySolver, ReachesKktPointsWithALiquid) {
   int solved = 0, problems = 0, active = 0, outside = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
