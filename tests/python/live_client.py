@@ -59,7 +59,7 @@ class Demo:
         while pair:
             code = self.code(after=code)
             client.send(type="pair", code=code)
-            # Somebody may have used it up meanwhile: then the next is on its way.
+            # Another client may have used the code up; then the next one is on its way.
             answer = client.wait_for(("paired", "error"))
             if answer["type"] == "paired":
                 client.token = answer["token"]
@@ -85,9 +85,9 @@ class Client:
             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
         self.token = None  # once it is paired
         self.pictures = []  # of cameras that it watches: when each came, and the message
-        self.parts = b""  # of a message in several frames
+        self.parts = b""  # a message in several frames
         self.buffer, self.state, self.closed, self.sequence = b"", None, False, 0
-        self.echo = None  # of the newest pong: its now_s, when it came
+        self.echo = None  # from the newest pong: its now_s, when it came
         self.pinged = 0.0
         while b"\r\n\r\n" not in self.buffer:
             self.buffer += self._more()

@@ -95,7 +95,7 @@ def compile_all(folder):
     runtime += ["-lrosidl_typesupport_fastrtps_cpp", "-lrosidl_typesupport_introspection_c", "-lfastcdr"]
     command = ["g++", "-shared", "-o", str(library), *map(str, objects), f"-L{prefix / 'lib'}", *below, *runtime]
     subprocess.run(command, check=True)
-    for generator in (FAST, INTROSPECTION):  # each is looked for by a name of its own
+    for generator in (FAST, INTROSPECTION):  # each is searched for by its own name
         (folder / f"lib{PACKAGE}__{generator}.so").symlink_to(library)
 
 

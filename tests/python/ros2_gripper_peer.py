@@ -29,7 +29,7 @@ class Gripper(Node):
         self.position = 0.0
         self.newest = None
         self.rejects = self.gives_up = False
-        self.speed = 1.0  # of its position, a second
+        self.speed = 1.0  # its position's change in a second
         self.object_at = None  # no further than there
         self.goals, self.ends = [], []
         group = ReentrantCallbackGroup()

@@ -34,7 +34,7 @@ def test_the_settings_of_each_have_its_frequency_and_plans_know_it(container):
     planner = steadyhand.Pipeline("ur5e", "carry", glass=glass)
     t, hand = np.arange(0.0, 3.0, 0.01), np.eye(4)
     commands = []
-    for now in t:  # to and fro by 15 cm, as fast as a person does
+    for now in t:  # back and forth by 15 cm, as fast as a person moves
         hand[1, 3] = 0.3 * np.sin(4.0 * now)
         planner.feed(hand, now)
         commands += [planner.update(now + 0.002 * i) for i in range(5)]

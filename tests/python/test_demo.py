@@ -104,7 +104,7 @@ def test_descriptors_that_were_closed_are_not_given_to_recordings(tmp_path):
             time.sleep(0.1)
         assert [os.readlink(f"/proc/{process.pid}/fd/{number}") for number in range(3)] == ["/dev/null"] * 3
         process.send_signal(signal.SIGINT)
-        assert process.wait(30.0) == 2  # nobody was told
+        assert process.wait(30.0) == 2  # its output was discarded
     finally:
         process.kill()
     (path,) = tmp_path.glob("*.mcap")

@@ -26,8 +26,8 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).parents[2]))
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", "")
 pytestmark = [pytest.mark.long, pytest.mark.skipif(not PROGRAM, reason="STEADYHAND_PROGRAM is not set")]
 
-# The URDF's collision meshes of these links are convex hulls, and two balls stand for the base; the package also holds
-# parts that fit closely, in the frames of the visual meshes.
+# The URDF's collision meshes of these links are convex hulls, and two balls approximate the base. The package also has parts that
+# fit closely, in the frames of the visual meshes.
 PARTS = {
     "base_link_inertia": ["base"],
     "shoulder_link": ["shoulder"],
@@ -530,7 +530,7 @@ def test_another_arm_beside_the_chain_stands(tmp_path):
     for value in re.findall(r'="right_([^"]*)"', inner.replace('="', '="right_')):
         if not re.fullmatch("base|upper|lower|hand|ball|a|b|c|d", value):
             other = other.replace(f'="right_{value}"', f'="{value}"')
-    other = other[other.index("</link>") + 7 :]  # both stand on one base
+    other = other[other.index("</link>") + 7 :]  # both have the same base
     (tmp_path / "two.urdf").write_text(text.replace("</robot>", other + "</robot>"))
     run("fit", tmp_path / "two.urdf", "--out", tmp_path / "two.yaml", "--tip", "ball", *QUICK)
     written = yaml.safe_load((tmp_path / "two.yaml").read_text())

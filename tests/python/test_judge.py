@@ -189,7 +189,7 @@ def an_old_grip(s):
 SUMMARY = "5000 looked at, 0 beyond a limit, 0 in contact"
 EVER = slice(None)
 SPIED = dict(t=4.1, kind="spied", path="/sessions/a/session.mcap", shows="Authorization: Bearer ", status=200, size=30000)
-# What is done to the session: each a call, or several.
+# Changes to the session: each a call, or several.
 DOCTORED = {
     "beyond its position": ("command position", lambda s: s.push(1.0, 3.0, 0, 0.9)),
     "not a number": ("command position", lambda s: s.add("q", 1234, 0, np.nan)),

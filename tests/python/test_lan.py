@@ -111,7 +111,7 @@ class WebSocket:
             if first & 15 > 1:  # ping, close
                 continue
             body += part
-            if not first & 128:  # goes on in the next frame
+            if not first & 128:  # continued in the next frame
                 continue
             message, body = json.loads(body), b""
             if message["type"] == kind:
@@ -139,7 +139,7 @@ def test_serves_the_network_over_tls_to_who_knows_the_code(tmp_path):
         name = socket.gethostname()
         assert demo.get(host=name)[0] == demo.get(host=f"{name}.local")[0] == 200
         assert demo.get_plain("localhost") == 200
-        # Who answers for a name in the network could make it point here, and `local` would pair the page.
+        # Another machine could claim a name on the network and point it here, and `local` would pair the page.
         assert {demo.get_plain(host) for host in (name, f"{name}.local", demo.host)} == {421}
         status, body, _ = demo.get("/sessions")
         assert status == 401 and b"paired" in body

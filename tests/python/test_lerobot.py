@@ -17,7 +17,7 @@ from places import ROOT
 
 READER = Path(os.environ.get("STEADYHAND_DEPS", ROOT / ".deps")) / "lerobot/bin/python"
 
-# What it finds, as JSON; in batches as a training loop takes them.
+# The data set's contents, as JSON; in batches as a training loop takes them.
 READ = """
 import json, sys, time
 import torch, torchvision
@@ -86,7 +86,7 @@ def test_its_own_class_shows_our_pictures(tmp_path):
     films = [lay("front", filmed, begin + np.arange(20) / 30) for begin in begins]
     episodes = [episode(number, 20, random, {KEY: film}) for number, film in enumerate(films)]
     dataset.write(tmp_path / "set", episodes[:2])
-    dataset.write(tmp_path / "set", episodes[2:])  # in a file of its own
+    dataset.write(tmp_path / "set", episodes[2:])  # in a separate file
     found = read(tmp_path / "set", tmp_path)
     assert found["cameras"] == [KEY] and found["picture"] == [3, 48, 64]
     shown = [grey(int(np.argmin(np.abs(np.array(filmed.t) - t)))) for begin in begins for t in begin + np.arange(20) / 30]

@@ -174,7 +174,7 @@ def cluster():
     import tempfile
 
     pytest.importorskip("ray", reason="setup/requirements-ray.txt is not installed")
-    with tempfile.TemporaryDirectory(prefix="ray-") as folder:  # a short path: sockets stand in there
+    with tempfile.TemporaryDirectory(prefix="ray-") as folder:  # a short path: those of its sockets are limited
         found = Cluster(Path(folder))
         try:
             yield found

@@ -419,7 +419,7 @@ BAD = [
     (lambda: P.Pipeline(R, rate=1e-300), S, "rate is 1e-300 Hz; it must be from 0.001 to 1e4"),
     (lambda: P.Predictor(dt=1e10), V, "dt is 1e+10; it must be above 0, to 10 s"),
     (lambda: P.Planner(R).update(EYE, 10**400), V, "t is inf; it must be finite"),
-    # None, and other types, where Python or nanobind would have words of its own.
+    # None and other types, for which Python or nanobind would have its own message.
     (lambda: P.Predictor(horizon=None), T, "horizon must be a number, not None"),
     (lambda: P.Predictor(window=None), T, "window must be a number of seconds, not None"),
     (lambda: P.Liquid(radius=None), T, "radius must be a number of metres, not None"),

@@ -94,7 +94,7 @@ def test_commands_at_500_hz_are_smooth_and_inside(bundled, arm):
             for i in JOINTS:
                 assert abs(now["dq"][i]) <= arm["velocity_max"][i] + 1e-5
                 assert abs(now["ddq"][i]) <= arm["acceleration_max"][i] + 1e-5
-                # What the limits allow in 2 ms, and not a step more.
+                # At most what the limits allow in 2 ms.
                 assert abs(now["dq"][i] - before["dq"][i]) <= 0.002 * arm["acceleration_max"][i] + 1e-5
                 moved = now["q"][i] - before["q"][i]
                 assert abs(moved - 0.001 * (now["dq"][i] + before["dq"][i])) <= 1e-5
@@ -162,7 +162,7 @@ def test_csv_with_clutch_at_another_rate(tmp_path):
     steps = rows(tmp_path / "out", "waiter")
     released = [s for s in steps if s["engaged"] == "0"]
     assert len(released) > 60 and len({s["target_x_m"] for s in released}) == 1
-    # Waiter comes back gently, swinging about the pose where it was let go.
+    # Waiter returns gently, swinging about the pose of the release.
     assert all(abs(float(released[-1][f"dq{i}_rad_s"])) < 0.1 for i in JOINTS)
     assert all(abs(float(released[-1][f"planned_{c}_m"]) - float(released[-1][f"target_{c}_m"])) < 0.02 for c in "xyz")
     for before, now in zip(steps, steps[1:]):

@@ -87,7 +87,7 @@ PROBE = """
 
 
 def chromium(*arguments: str) -> subprocess.CompletedProcess:
-    # The log is mostly Chromium's talk with the machine; only CONSOLE lines speak of the page, or of pages of its own.
+    # The log is mostly Chromium's own messages; only CONSOLE lines concern the page, or Chromium's internal pages.
     flags = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=20000"]
     return subprocess.run(
         [CHROMIUM, *flags, "--enable-logging=stderr", *arguments], capture_output=True, text=True, timeout=300

@@ -24,7 +24,7 @@ def run(*arguments, code=0):
     return done
 
 
-# On its pedestal one of the UR3e's plans has a guess that leads the solver nowhere.
+# On its pedestal, the initial guess of one of the UR3e's plans keeps the solver from converging.
 @pytest.mark.parametrize("robot, cell", [*((robot, "table") for robot in ROBOTS), ("ur3e", "pedestal")])
 def test_follows_the_bundled_hand(robot, cell, tmp_path):
     sys.path.insert(0, str(Path(PROGRAM).parent / "python"))

@@ -43,9 +43,9 @@ NEIGHBOURS = (
     "<Peers><Peer address='127.0.0.1'/></Peers></Discovery></Domain></CycloneDDS>"
 )
 JOINTS = [f"{name}_joint" for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")]
-HOME = [0.4, -1.3, 1.6, 0.4, 0.4, 0.4]  # of the peer's arm
-# For Python: fewer cycles, and as much patience with the network and with a loop that sleeps as can be set. What stops the arm
-# for where it is, stays as it is. A machine that stalls for longer still stops it: what leads an arm is in the long tier.
+HOME = [0.4, -1.3, 1.6, 0.4, 0.4, 0.4]  # the peer's arm
+# For Python: fewer cycles, and the longest timeouts for the network and for missed cycles that can be set. Stops because of the
+# arm's position are unchanged. A longer stall still stops it, so tests that move an arm are in the long tier.
 PATIENT = ["ros2.control_rate=100", "ros2.rate=20", "ros2.look_ahead=0.5", "ros2.state_timeout=0.44", "ros2.start_within=40", "control.stall_cycles=1000"]
 
 
@@ -197,7 +197,7 @@ def controller_states(domain, controller, layout):
 
     def publish():
         while not ends.wait(0.02):
-            writer.write(message())  # names no joint: it is active, and its set-point is not told
+            writer.write(message())  # names no joint: the controller is active, and its set-point unknown
 
     thread = threading.Thread(target=publish, daemon=True)
     thread.start()
@@ -246,7 +246,7 @@ def test_an_arm_of_rclpy_is_led_by_a_hand_of_rclpy_and_shown_to_it(domain, tmp_p
     ):
         peer.beside = program
         words = peer.until(lambda words: words.get("trajectories", 0) > 3)
-        assert words["first_goal"] == pytest.approx(HOME)  # at first that it is to stand where it stands
+        assert words["first_goal"] == pytest.approx(HOME)  # the first goal is to stay where it is
         assert words["moved"] < 1e-6
         peer.ask(hand=True)
         shown = peer.until(lambda words: words.get("moved", 0.0) > 0.02 and "liquid" in words and "path" in words)
@@ -307,7 +307,7 @@ def test_a_stage_of_check_measures_the_delay_and_writes_it(domain, tmp_path):
     settings = tmp_path / "settings.yaml"
     stage = ["--stage", "slow", "--settings", str(settings), "--set", "ros2.look_ahead=0.23", "ros2.state_timeout=0.2"]
     with run(domain, CONTROLLER, "--servo-lag", "0.08"):
-        assert check(domain, *stage).returncode == 2  # nobody was asked
+        assert check(domain, *stage).returncode == 2  # no operator could confirm
         done = check(domain, "--yes", *stage)
         assert done.returncode == 0, done.stdout + done.stderr
         measured = re.search(r"servo_delay: ([0-9.]+)", settings.read_text())
@@ -338,7 +338,7 @@ def test_the_arm_is_a_setting_too(domain, tmp_path):
     assert done.returncode == 2 and "arm.kind" in done.stderr
 
 
-# What all of Humble, Jazzy, Kilted, Lyrical and Rolling know, by the sources of joint_trajectory_controller, of the
+# Parameters known in all of Humble, Jazzy, Kilted, Lyrical and Rolling, by the sources of joint_trajectory_controller, of the
 # spawner and of ur_robot_driver.
 PARAMETERS = {
     *("type", "joints", "command_interfaces", "state_interfaces", "allow_partial_joints_goal", "action_monitor_rate"),

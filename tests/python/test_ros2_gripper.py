@@ -126,7 +126,7 @@ def test_one_that_rejects_gives_up_or_sleeps_stops_the_arm(domain, messages, tmp
         assert "gave up a goal" in hand.client.state["reason"]
         peer.ask(gives_up=False)
         hand.reset()
-        peer.ask(speed=0.05)  # else it is there before a busy machine lets it read that it was cancelled
+        peer.ask(speed=0.05)  # at full speed it would arrive before a busy machine lets it read the cancellation
         peer.until(lambda told: told.get("speed") == 0.05)
         peer.process.send_signal(signal.SIGSTOP)
         hand.wants(1.0, lambda state: state.get("state") == "fault")

@@ -99,7 +99,7 @@ def test_it_is_listed_reported_and_replayed(session, tmp_path):
 
     replayed = run(PROGRAM, "replay", path, "--out", tmp_path, "--rate", 50)
     assert replayed.returncode == 0, replayed.stderr
-    # The same hand, but for samples that the live gate dropped too, leads an arm again.
+    # The same hand, except for samples that the live gate dropped too, controls an arm again.
     def hand(path):
         return [tuple(json.loads(d)["pose"]["position"].values()) for topic, _, d in messages(path) if topic == "/operator_sample"]
 
@@ -160,7 +160,7 @@ def test_a_killed_session_loses_at_most_a_second_and_opens(tmp_path):
             found.append((channel.topic, message.log_time))
     states = [t for topic, t in found if topic == "/joint_state"]
     assert len(states) > 200
-    # What is missing is the chunk that was open, and chunks hold half a second of the session's time.
+    # Only the open chunk is missing, and chunks hold half a second of the session's time.
     assert statistics.median(chunk_spans(path)) <= 0.6 * SECOND
     assert "cut short" in run(PROGRAM, "report", "--sessions", tmp_path).stdout
     reported = run(PROGRAM, "report", path)

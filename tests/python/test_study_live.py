@@ -146,6 +146,6 @@ def test_a_participant_is_led_through_a_study(tmp_path):
     assert [row["value"] for row in answers] == ["10"] * 6
     [session] = out.glob("participants/P01/sessions/*.mcap")
     assert len(steadyhand.read_session(session).commands.t) > 500
-    # Whoever is done is not led again.
+    # A participant who is done does not control the arm again.
     again = subprocess.run(leader.args, env=environment, capture_output=True, text=True, timeout=60)
     assert again.returncode == 0 and "all participants are done" in again.stdout
