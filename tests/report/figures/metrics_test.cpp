@@ -134,7 +134,7 @@ TEST(Metrics, KeepTheirOrderAndForgetTheOrderOfSteps) {
     std::shuffle(run.steps.begin(), run.steps.end(), random);
     const Metrics shuffled = evaluate(run.steps, run.commands, run.limits);
     for (const MetricRow& row : metric_rows()) {
-      if (!is_known(row, std::array{m})) continue;  // of a live session
+      if (!is_known(row, std::array{m})) continue;  // for live sessions only
       EXPECT_NEAR(row.value(shuffled), row.value(m), 1e-9 * (1 + std::abs(row.value(m)))) << row.label;
     }
   }
@@ -193,7 +193,7 @@ TEST(FormatTable, FitsATerminalAndIsAligned) {
   const std::array known{metrics_of(input.profiles[0])};
   const auto rows = metric_rows();
   const auto told = std::count_if(rows.begin(), rows.end(), [&](const auto& row) { return is_known(row, known); });
-  EXPECT_EQ(told, static_cast<std::ptrdiff_t>(rows.size()) - 3);  // nobody knows the spills of a replay
+  EXPECT_EQ(told, static_cast<std::ptrdiff_t>(rows.size()) - 3);  // a replay's spills are unknown
   EXPECT_EQ(values, static_cast<int>(told) + 1);                  // and the header
 }
 

@@ -12,7 +12,7 @@
 #include "steadyhand/report/figures/session_story.hpp"
 #include "support/temporary_folder.hpp"
 
-/// What the page is made of; tests/python/test_report.py opens it in a browser.
+/// The data of the page; tests/python/test_report.py opens it in a browser.
 namespace steadyhand {
 namespace {
 
@@ -179,7 +179,7 @@ TEST(PageData, HasSpillsWhereTheyAreKnown) {
   EXPECT_EQ(row(input, "Spilled at once, most")["texts"], Json::array({"< 0.1"}));
 }
 
-/// 6 in half a minute are more than 7 in three: who led longer did not do worse for it.
+/// 6 in half a minute are more than 7 in three minutes: a longer engaged time must not count against a profile.
 TEST(PageData, CallsNoCountOfSpillsBestButThatPerMinute) {
   ReportInput input = test::sample_input();
   input.profiles.resize(2);

@@ -1,4 +1,4 @@
-// What a session is told to have been, from what was recorded of it.
+// The summary of a session, computed from its recording.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace steadyhand {
 namespace {
 
-/// One joint; planned ten times a second where the hand leads.
+/// One joint; planned ten times a second while the hand controls it.
 struct Told : testing::Test {
   Told() {
     session.overview.first = Time(0);
@@ -92,7 +92,7 @@ TEST_F(Told, ASpillSaysWithinWhichTimeItLostAllOfIt) {
   EXPECT_EQ(of("spill"), Lines{"1.6 spilled 100 % of the liquid within 0.6 s"});
 }
 
-/// By the names that the page says while the arm moves.
+/// By the names that the page shows while the arm moves.
 TEST_F(Told, WhatHeldTheArmIsNamed) {
   session.names.joints = {"wrist_3_joint"};
   session.overview.metadata["robot"]["json"] = R"({"bodies":[{"name":"forearm_5"},{"name":"glass"}]})";
@@ -267,7 +267,7 @@ TEST_F(Told, WithoutALiquidNothingIsSaidOfSpills) {
   EXPECT_EQ(split_by_settings(session).front().spills, -1);
 }
 
-/// Those that come soon after each other are one line, or they would bury all else.
+/// Misses in quick succession are one line, or they would bury everything else.
 TEST_F(Told, MissedDeadlinesAreToldTogether) {
   std::uint64_t missed = 0;
   for (double t = 0.0; t < 19.5; t += 1.0) {
@@ -279,7 +279,7 @@ TEST_F(Told, MissedDeadlinesAreToldTogether) {
     counted.latency_us.p50 = counted.latency_us.p99 = t < 10.0 ? 0.0 : 2000.0;
     session.statistics.push_back(counted);
   }
-  EXPECT_EQ(tell_story(session).latency.front().t_s, 10.0);  // nothing was led before
+  EXPECT_EQ(tell_story(session).latency.front().t_s, 10.0);  // the arm was not engaged before
   EXPECT_EQ(of("missed"), (Lines{"2.0 6 missed deadlines of control within 3 s", "17.0 1 missed deadline of control"}));
   EXPECT_EQ(tell_story(session).events.front().why, "too short to stop the arm, which followed its plan");
   session.changes.push_back({from_seconds(18.0), "", "stopping", "", true, ReasonCode::kStalled});
@@ -308,7 +308,8 @@ TEST_F(Told, AReportCountsFromTheArmsFirstPosture) {
   EXPECT_EQ(report_of_session(session, "")->begin_s, 0.8) << "where the arm never said where it was";
 }
 
-/// Each profile with what was felt while the hand led by it; a stop and the rest after it are nobody's.
+/// Each profile has the values measured while the hand controlled the arm with it; a stop and the rest after it count
+/// for none.
 TEST_F(Told, WhatWasFeltAndLedBelongsToTheProfileOfThen) {
   plan(1.0, 9.0);
   change(1.0, "engaged");

@@ -10,7 +10,7 @@
 namespace steadyhand {
 namespace {
 
-/// A hand of somebody else's making, of which nothing has been checked yet.
+/// A hand of unknown origin, of which nothing has been checked yet.
 TEST(Replay, RefusesWhatIsNoRecordingWithTheReason) {
   const RobotModel model = *open_robot("ur5e");
   ReplaySettings settings;
@@ -47,7 +47,7 @@ TEST(Replay, RefusesWhatIsNoRecordingWithTheReason) {
   }
 }
 
-/// A wall that comes after a second, through where the glass has gone by then, and goes again.
+/// A wall that appears after a second, across the path that the glass has taken by then, and disappears again.
 TEST(Replay, KnowsWhatStoodAroundTheArmAtEachTime) {
   const RobotModel model = *open_robot("ur5e");
   ReplaySettings settings;
