@@ -9,7 +9,7 @@
 namespace steadyhand {
 namespace {
 
-/// An arm that does what it is told after a delay.
+/// An arm that follows its commands after a delay.
 struct Loop {
   explicit Loop(const RobotModel& arm, ControlSettings settings = {}) : model(arm), delay(settings.arm_delay) {
     settings.soft_stop = 0.0;
@@ -35,7 +35,7 @@ struct Loop {
     state.joints.dq[0] += still_moves;
     return command = control->step(state).command;
   }
-  /// So many cycles in which the arm went on by itself; `astray` rad from there it is measured.
+  /// `cycles` in which the arm continued by itself; it is measured `astray` rad from there.
   const JointCommand& gap(int cycles, double astray = 0.0) {
     const CarryOn how{0.004, model.acceleration_max};
     const JointCommand before = command;
@@ -238,7 +238,8 @@ TEST(TakingPlans, NoneInAHardStopThoughItContinuesThat) {
   EXPECT_EQ(loop.view().plans, plans);
 }
 
-/// Where it should have been a delay ago is where it went by itself, not where its speed of before would have led.
+/// The expected position of a delay ago is on the arm's own path in the gap, not where its earlier speed would have
+/// taken it.
 TEST(OffPath, IsJudgedByWhereTheArmWentInAGap) {
   for (const double delay : {0.0, 0.02}) {
     for (const bool astray : {false, true}) {
@@ -259,7 +260,7 @@ TEST(OffPath, IsJudgedByWhereTheArmWentInAGap) {
   }
 }
 
-/// Whatever delay the settings allow.
+/// For any delay that the settings allow.
 TEST(OffPath, IsSeenHoweverLateTheArmIsMeasured) {
   for (const double delay : {0.1, 0.3, 1.0}) {
     ControlSettings settings;
@@ -274,7 +275,7 @@ TEST(OffPath, IsSeenHoweverLateTheArmIsMeasured) {
   }
 }
 
-/// Where an arm is taken over anew, what was commanded elsewhere before counts for nothing.
+/// If an arm is taken over again, commands from before, elsewhere, do not count.
 TEST(OffPath, BeginsAnewWhereTheArmIsTakenOver) {
   ControlSettings settings;
   settings.arm_delay = 0.02;
@@ -294,8 +295,8 @@ TEST(OffPath, BeginsAnewWhereTheArmIsTakenOver) {
   }
 }
 
-/// Whatever stops it, and even if cycles are missed on the way, an arm that something holds off its commands is not
-/// pressed against that: these end where it is measured.
+/// For any reason to stop, and even if cycles are missed on the way: an arm that is held off its commands does not
+/// press on. The commands end where the arm is measured.
 TEST(OffPath, EndsWhereTheArmIsMeasured) {
   enum class Why { kOffPath, kStop, kFailure, kMissedCycles };
   for (const double delay : {0.0, 0.014, 0.2}) {
@@ -326,7 +327,7 @@ TEST(OffPath, EndsWhereTheArmIsMeasured) {
   }
 }
 
-/// On the way to where it is measured, it obeys a stop as on any other, and stays there.
+/// While it moves to its measured position it obeys a stop as at any other time, and stays there.
 TEST(OffPath, AStopEndsTheMoveToTheMeasuredPose) {
   for (const bool fails : {false, true}) {
     Loop loop(ur5e());
@@ -357,7 +358,7 @@ TEST(OffPath, FollowsAnArmThatSinksOnce) {
   }
 }
 
-/// What moves still may be on its way back to the commands. A speed that is measured for good is noise.
+/// An arm that still moves may be on its way back to the commands. A measured speed that never ends is noise.
 TEST(OffPath, IsFollowedOnceTheArmStands) {
   for (const bool for_good : {false, true}) {
     Loop loop(ur5e());

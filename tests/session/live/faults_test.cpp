@@ -1,4 +1,4 @@
-// Each test is a row of docs/reference/safety.md: what goes wrong, and what the arm does then.
+// Each test is a row of docs/reference/safety.md: the fault, and the arm's reaction.
 #include <random>
 
 #include "support/virtual_session.hpp"

@@ -1,4 +1,4 @@
-// The control loop sleeps, for a cycle or for seconds, at any speed and in every state: what it commands then.
+// Commands after missed cycles: one cycle or several seconds, at any speed and in every state.
 #include <cmath>
 #include <random>
 
@@ -39,7 +39,7 @@ class Receiver {
     ++carried_on;
   }
 
-  /// What |ddq| <= most allows in the time from one set-point to the next, and no more.
+  /// Checks that the command changes no more than |ddq| <= most allows between two set-points.
   void judge(const JointCommand& c, const char* what) {
     if (known_) {
       const double dt = to_seconds(c.stamp.made - before_.stamp.made);
@@ -61,7 +61,7 @@ class Receiver {
   JointCommand before_;
 };
 
-/// Sleeps that many seconds, as the program does when nobody gives it a processor.
+/// Suspends the session for that many seconds, as if it got no processor.
 void sleep(VirtualSession& session, double seconds) {
   session.clock().advance(seconds);
   session.cycle();
@@ -69,14 +69,14 @@ void sleep(VirtualSession& session, double seconds) {
 
 VirtualSession::Options patient_arm() {
   VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
-  options.arm.command_timeout = 60.0;  // so that it hides nothing
+  options.arm.command_timeout = 60.0;  // a gap must not end in a timeout
   return options;
 }
 
 struct Gaps : testing::TestWithParam<unsigned> {};
 INSTANTIATE_TEST_SUITE_P(, Gaps, testing::Values(1, 2, 3, 4));
 
-/// While it follows, comes to rest after release or loss, stops softly or hard, and stands.
+/// While it follows, stops after release or loss, stops softly or hard, and is stationary.
 TEST_P(Gaps, OfAnyLengthAtAnySpeedInAnyStateCommandsGoOnWhereTheArmIs) {
   VirtualSession session(patient_arm());
   std::mt19937 random(GetParam());
@@ -166,7 +166,7 @@ TEST(Gap, ThatStallsTheLoopRunsToRestWhereTheArmIs) {
   session.expect_safe();
 }
 
-/// A plan that was made before the gap, for an arm that has gone elsewhere meanwhile, is not taken after it.
+/// A plan from before the gap, for an arm that has moved elsewhere since, is not used after it.
 TEST(Gap, OutdatesThePlansFromBefore) {
   VirtualSession::Options options = patient_arm();
   options.solve_time = 0.0;
@@ -217,7 +217,7 @@ TEST(Gap, ThatAUrBridgesIsGoneOnFrom) {
 }
 
 #ifdef STEADYHAND_ROS2
-/// A trajectory controller goes on along the plan that it was sent.
+/// A trajectory controller continues along the plan that it was sent.
 TEST(Gap, ThatAControllerOfTrajectoriesFillsIsGoneOnFrom) {
   Ros2Lockstep* ros2 = nullptr;
   VirtualSession::Options options = VirtualSession::Options::at_rate(50.0);

@@ -1,4 +1,4 @@
-// What the threads of a session do when something in them throws.
+// How the threads of a session handle exceptions.
 #include "steadyhand/session/live/live_session.hpp"
 
 #include <gtest/gtest.h>

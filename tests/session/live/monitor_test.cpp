@@ -1,4 +1,4 @@
-// The witness sees what is wrong, counts it, and says by how much.
+// The independent monitor detects faults, counts them, and reports by how much limits are exceeded.
 #include "steadyhand/session/live/monitor.hpp"
 
 #include <random>
@@ -16,7 +16,7 @@ struct Witness : testing::Test {
     return {{from_seconds(t), from_seconds(t)}, q, dq, none};
   }
   JointCommand standing(double t) const { return command(t, ur5e().home, none); }
-  /// What a second command `after` s behind a standing one comes to.
+  /// The result of a second command `seconds` after a stationary one.
   MonitorResult after(double seconds, const JointVector& q, const JointVector& dq, bool anew = false) {
     Monitor witness(ur5e(), {});
     witness.update(standing(1.0));
@@ -24,7 +24,7 @@ struct Witness : testing::Test {
     witness.update(command(1.0 + seconds, q, dq), anew);
     return witness.result();
   }
-  /// So much in the second joint.
+  /// `value` in the second joint, 0 elsewhere.
   static JointVector one(double value) {
     JointVector all = JointVector::Zero(6);
     all[1] = value;

@@ -1,4 +1,4 @@
-// What the operator feels: engaging again and again, the edge of the reach, the arm's own body, singularities.
+// The motion as operators feel it: repeated engaging, the edge of the reach, the arm's own body, singularities.
 #include <fmt/format.h>
 
 #include <random>
@@ -22,7 +22,7 @@ struct Steps {
   }
 };
 
-/// Grips a hundred times, often before the arm has come to rest; the hand goes elsewhere in between if `anywhere`.
+/// Engages a hundred times, often before the arm has stopped; the hand moves elsewhere in between if `anywhere`.
 Steps grip_a_hundred_times(bool anywhere, std::vector<JointVector>& commands) {
   VirtualSession session;
   std::mt19937 random(5);
@@ -193,7 +193,7 @@ TEST_P(Pushed, IntoTableWallAndBoxItSlidesAlongAndComesOffCalmly) {
   }
 }
 
-/// What is long lies along a wall, what is flat on it: no corner is the nearest for long, yet plans go on calmly.
+/// A long body along a wall, a flat one on a table: no corner is the nearest for long, yet the plans stay calm.
 TEST(Motion, ALongAndAFlatBodyLieAlongAWallAndATable) {
   constexpr double kRate = 50.0;  // Hz
   const struct {
@@ -264,7 +264,7 @@ TEST(Motion, ALimitOfPositionIsKeptToTheLastDigit) {
   session.expect_safe();
 }
 
-/// Hands that lead through the singularities of wrist, elbow and shoulder.
+/// Hands that move through the singularities of wrist, elbow and shoulder.
 TEST(Motion, SingularitiesStopNothing) {
   struct Path {
     const char* name;

@@ -31,7 +31,7 @@ struct Among : testing::Test {
     session.hand = sweeping(extent, 1.0);
     session.run(1.0);
   }
-  /// Gripped by a hand that stands, and then goes to `way` (m) in `duration` s from its next call on.
+  /// Engaged by a hand that is stationary, and then goes to `way` (m) in `duration` s from its next call on.
   void stand() {
     session.run(0.2);
     ASSERT_TRUE(session.grip());
@@ -89,7 +89,7 @@ TEST_F(Among, WhatAppearsOnTheWay) {
   session.expect_safe();
 }
 
-/// It comes off as the hand leads it away, and goes no deeper.
+/// The arm leaves it as the hand moves away, and goes no deeper.
 TEST_F(Among, WhatAppearsInsideTheArm) {
   stand();
   const Vector3 p = glass();
@@ -157,8 +157,8 @@ TEST_F(Among, SixtyFourThatMoveAboutAllTheTime) {
   session.expect_safe();
 }
 
-/// A ball comes along y at the arm that is led away from it, faster: from where it would take an arm of 5 m/s^2 a few
-/// mm to be as fast, and the margin has 10 mm for that.
+/// A ball moves along y towards an arm that moves away from it faster. An arm of 5 m/s^2 would need a few mm to reach
+/// the ball's speed; the margin has 10 mm for that.
 TEST_F(Among, WhatComesIsLeftBehindByAHandThatLeadsAway) {
   stand();
   for (const auto& [speed, left] : {std::pair(0.1, 0.001), std::pair(0.3, 0.02)}) {
@@ -185,7 +185,7 @@ TEST_F(Among, WhatComesIsLeftBehindByAHandThatLeadsAway) {
   session.expect_safe();
 }
 
-/// As a stream of positions that somebody measures: in each cycle another world, and none of them in the way.
+/// Like a stream of measured positions: each cycle has a new world, and none of the objects is in the way.
 TEST_F(Among, WhatChangesInEachCycleFarAwayHoldsNothingUp) {
   double away = 5.0;
   session.around_control = [&](bool begins) {
@@ -200,7 +200,7 @@ TEST_F(Among, WhatChangesInEachCycleFarAwayHoldsNothingUp) {
   session.expect_safe();
 }
 
-/// Asked for at many instants, while in each cycle others of 64 objects stand around the arm, or over it.
+/// The stop is asked for at many instants, while the 64 objects around the arm, or over it, change in each cycle.
 TEST_F(Among, AStopWinsHoweverMuchChanges) {
   std::mt19937 random(5);
   const auto vector = [&] { return random_vector(random); };
@@ -270,8 +270,8 @@ TEST_F(Among, WhatIsCarriedStaysAboveTheFloor) {
   session.expect_safe();
 }
 
-/// Led towards the base with a rod that points there: the rod is kept off the arm, which strikes itself where only the
-/// monitor knows of it.
+/// Moves towards the base with a rod that points there. The rod is kept off the arm; if only the monitor knows the rod,
+/// it strikes the arm.
 struct CarriedTowardsTheBase : Among, testing::WithParamInterface<bool> {};
 
 TEST_P(CarriedTowardsTheBase, IsKeptFromTheArmItself) {
@@ -293,7 +293,7 @@ TEST_P(CarriedTowardsTheBase, IsKeptFromTheArmItself) {
 }
 INSTANTIATE_TEST_SUITE_P(Known, CarriedTowardsTheBase, testing::Bool());
 
-/// Taken and let go of in each cycle: nothing is held up.
+/// Picks up and drops an object in each cycle: nothing is delayed.
 TEST_F(Among, WhatIsTakenAndLetGoOfAllTheTimeHoldsNothingUp) {
   follow({0.05, 0.1, 0.05});
   const std::uint64_t plans = session.view.plans;

@@ -6,7 +6,7 @@
 namespace steadyhand {
 namespace {
 
-/// A hand that reaches to and fro, turns and leans.
+/// A hand that reaches back and forth, turns and leans.
 Pose brisk(double t) {
   Pose pose;
   pose.p = Vector3(0.25 * std::sin(2.3 * t), 0.3 * std::sin(1.7 * t + 1.0), 0.15 * std::sin(2.9 * t + 2.0));
@@ -32,7 +32,7 @@ TEST(Spill, CarryKeepsInTheGlassWhatTrackingSpills) {
   }
 }
 
-/// The hand lets go at any moment, and goes on.
+/// The hand releases at any moment, and moves on.
 TEST(Spill, SoftStopsSpillNothing) {
   VirtualSession::Options options = with("carry");
   options.scale = 0.5;
@@ -49,7 +49,7 @@ TEST(Spill, SoftStopsSpillNothing) {
   session.expect_safe();
 }
 
-/// How far the glass goes on once the hand lets go of it, m, and how long that takes, s.
+/// How far the glass moves after the hand releases it, m, and how long that takes, s.
 std::pair<double, double> coast(VirtualSession& session) {
   const double released = session.now();
   session.clutch = false;
@@ -79,7 +79,7 @@ TEST(Spill, AReleaseLeavesTheGlassNearWhereItWas) {
   }
 }
 
-/// Profile and tilt change under way; what pours may spill, and nothing else does.
+/// The profile and the tilt change in motion; poured liquid may spill, and no other.
 TEST(Spill, PouringIsAllowedAndNothingSteps) {
   VirtualSession session(with("carry"));
   session.hand = brisk;

@@ -44,10 +44,10 @@ TEST(AskedStop, SparesTheLiquidWithinHalfASecondMoreThanTheShortest) {
     hard_spills += hard.spilled;
   }
   EXPECT_EQ(soft_spills, 0);
-  EXPECT_GT(hard_spills, 0);  // so there was something to spare
+  EXPECT_GT(hard_spills, 0);  // hard stops do spill
 }
 
-/// The arm stands a little later than its commands say: who resets in between must not have it jump to where it is.
+/// The arm stops slightly later than its commands do: a reset in between must not make it jump to where it is.
 TEST(AskedStop, IsResetOnceTheArmStands) {
   VirtualSession session;
   session.lead(sweeping({0.1, 0.1, 0.1}), 1.0);
@@ -86,7 +86,7 @@ void bring_to(VirtualSession& session, SupervisionState state) {
   ASSERT_TRUE(session.run_until([&] { return session.at_rest() && session.state() == state; }, 2.0));
 }
 
-/// Whatever order they come in, from however many threads: at no time between two cycles does a reset win.
+/// In any order and from any number of threads: between two cycles a reset never wins.
 TEST(AskedStop, BesideAResetAlwaysWinsAndStays) {
   for (const SupervisionState state : {SupervisionState::kStopping, SupervisionState::kFault}) {
     for (const char* order : {"rs", "sr", "rsr", "srs", "rr s", "r s", "s r", "s rr"}) {  // blank: a cycle passes

@@ -148,7 +148,7 @@ TEST(HandGate, AGripCountsAfterAnOpenClutchThatWasHeardLate) {
   hand.gate.forget();
   const std::uint64_t grips = hand.gate.report().grips;
   EXPECT_EQ(hand.say(hand.next()), HandVerdict::kGood);
-  EXPECT_EQ(hand.gate.report().grips, grips);  // nobody saw it open
+  EXPECT_EQ(hand.gate.report().grips, grips);  // the gate never saw it open
   OperatorSample open = hand.next();
   open.clutch = false;
   EXPECT_EQ(hand.gate.update(open, hand.now + std::chrono::milliseconds(250)), HandVerdict::kStale);
@@ -169,7 +169,7 @@ TEST(HandGate, LettingGoCountsHoweverLateAndInWhateverOrder) {
     EXPECT_NE(hand.say(open), HandVerdict::kGood);
     EXPECT_FALSE(hand.gate.report().clutch);
   }
-  // Old news of an open clutch ends a grip, and begins none.
+  // A late sample with an open clutch ends a grip, and starts none.
   Hand hand;
   OperatorSample open = hand.next();
   EXPECT_EQ(hand.say(open), HandVerdict::kGood);
@@ -208,8 +208,8 @@ TEST(HandGate, AClientThatBeginsWithAClosedClutchHasToOpenIt) {
   EXPECT_TRUE(gate.report().clutch);
 }
 
-/// Whatever comes in, in one grip a good pose is never further from the last good one than a hand can get in the time,
-/// or than it may be when it comes back.
+/// For any input: within one grip a good pose is never further from the last good one than a hand can move in the time,
+/// or than it may be when tracking returns.
 TEST(HandGate, RandomPoses) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);

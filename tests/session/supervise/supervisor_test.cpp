@@ -149,7 +149,7 @@ TEST(Supervisor, ItsCausesAreOfAHandAndAnEvent) {
   EXPECT_EQ(other.supervisor.reason(), "the new profile starts after the arm has stopped: release and engage again");
 }
 
-/// A recorded hand has no device that falls silent, and nobody to release it.
+/// A recorded hand has no device that can time out, and no operator to release it.
 TEST(Supervisor, SaysOfADemoMotionWhatIsTrueOfIt) {
   Driven d(State::kEngaged);
   SupervisionInput input = d.gripped();
@@ -177,7 +177,7 @@ TEST(Supervisor, EveryStateCanStopAndCanBeLeftAndNoRowIsThereTwice) {
     const bool moves = row.from == State::kIdle || row.from == State::kReady || row.from == State::kEngaged ||
                        row.from == State::kHolding;
     EXPECT_TRUE(!moves || seen.count({row.from, Event::kArmStopped}));  // the gravest first
-    // Nothing but a stop of some kind comes before a stop that was asked for.
+    // Only a stop of another kind takes precedence over a requested stop.
     const bool grave = row.to == State::kFault || row.event == Event::kStopAsked;
     EXPECT_TRUE(!moves || grave || seen.count({row.from, Event::kStopAsked}));
   }
@@ -195,7 +195,7 @@ TEST(Supervisor, OnlyAFreshGripEngages) {
   EXPECT_EQ(d.step(d.gripped()), State::kReady) << "the old grip again";
   SupervisionInput fresh = d.gripped();
   fresh.hand.grips = 2;
-  SupervisionInput old = fresh;  // fresh it was, before the device fell silent
+  SupervisionInput old = fresh;  // fresh until the device stopped sending
   old.hand.received -= std::chrono::milliseconds(300);
   EXPECT_EQ(d.step(old), State::kReady);
   EXPECT_EQ(d.step(fresh), State::kEngaged);
@@ -224,8 +224,8 @@ TEST(Supervisor, AResetWaitsForRest) {
   }
 }
 
-/// Whatever comes, in whatever order: it never engages without a grip; a stop is obeyed in the cycle that it comes in,
-/// and only a reset undoes it that was asked for after that cycle, when nothing else has halted the arm since.
+/// For any inputs in any order: it never engages without a grip. A stop is obeyed in the cycle in which it arrives.
+/// Only a reset that was asked for after that cycle undoes it, and only if nothing else has halted the arm since.
 TEST(Supervisor, RandomInputs) {
   std::mt19937 random(4);
   std::bernoulli_distribution often(0.5), seldom(0.01);
@@ -250,7 +250,7 @@ TEST(Supervisor, RandomInputs) {
     const State before = supervisor.state();
     const bool halted = before == State::kStopping || before == State::kFault;
     bool stop = seldom(random), reset = seldom(random);
-    if (halted && seldom(random)) stop = reset = true;  // what people do when an arm has stopped
+    if (halted && seldom(random)) stop = reset = true;  // as operators do when an arm has stopped
     // Control may read the two in any order, and publishes its halts only after this cycle.
     if (reset) {
       input.reset_of = supervisor.halts();

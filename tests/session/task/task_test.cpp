@@ -55,14 +55,14 @@ TEST(Task, SucceedsOnceAllHasHeldForAWhile) {
   TaskJudge judge(task);
   EXPECT_EQ(judge.update(at(1.0, 0.5, 0.0), 0.0).held, 0b110u);
   EXPECT_FALSE(judge.update(at(2.0, 0.005, 0.0), 0.0).success);
-  EXPECT_FALSE(judge.update(at(2.4, 0.005, 0.02), 0.0).success);  // moved: anew
+  EXPECT_FALSE(judge.update(at(2.4, 0.005, 0.02), 0.0).success);  // moved: the time starts again
   EXPECT_FALSE(judge.update(at(2.5, 0.005, 0.0), 0.0).success);
   EXPECT_FALSE(judge.update(at(2.9, 0.005, 0.0), 0.0).success);
   const TaskProgress& done = judge.update(at(3.1, 0.005, 0.0), 0.0);
   EXPECT_EQ(done.success, true);
   EXPECT_NEAR(done.time, 2.1, 1e-9);
   EXPECT_EQ(judge.update(at(50.0, 0.5, 1.0), 1.0).success, true);  // decided
-  EXPECT_FALSE(judge.update(at(51.0, 0.5, 0.0, 2), 1.0).success);  // set up anew
+  EXPECT_FALSE(judge.update(at(51.0, 0.5, 0.0, 2), 1.0).success);  // set up again
   EXPECT_EQ(judge.progress().time, 0.0);
 }
 
@@ -74,13 +74,13 @@ TEST(Task, FailsWhenItsTimeIsOver) {
   EXPECT_EQ(judge.update(at(10.1, 0.5, 0.0), 0.0).success, false);
 }
 
-/// Nobody has to hurry before they have taken hold.
+/// Participants may take as long as they need to take hold.
 TEST(Task, ThatWaitsBeginsWhenItIsTold) {
   const Task task = bring();
   TaskJudge judge(task, true);
   judge.update(at(0.0, 0.005, 0.0), 0.0);
   EXPECT_FALSE(judge.has_begun());
-  EXPECT_FALSE(judge.update(at(500.0, 0.005, 0.0), 0.0).success);  // done by chance, long ago: nobody has begun
+  EXPECT_FALSE(judge.update(at(500.0, 0.005, 0.0), 0.0).success);  // by chance: the trial has not started
   EXPECT_EQ(judge.progress().time, 0.0);
   judge.begin();
   EXPECT_TRUE(judge.has_begun());
@@ -89,7 +89,7 @@ TEST(Task, ThatWaitsBeginsWhenItIsTold) {
   judge.begin();  // an episode
   judge.update(at(504.0, 0.5, 0.0), 0.0);
   EXPECT_EQ(judge.update(at(514.5, 0.5, 0.0), 0.0).success, false);
-  judge.update(at(515.0, 0.5, 0.0, 2), 0.0);  // set up anew: it waits again
+  judge.update(at(515.0, 0.5, 0.0, 2), 0.0);  // set up again: it waits again
   EXPECT_FALSE(judge.has_begun());
   EXPECT_FALSE(judge.update(at(900.0, 0.5, 0.0, 2), 0.0).success);
   judge.begin();
@@ -114,7 +114,7 @@ TEST(Task, KnowsWhatIsHeldAndHowThingsAreTurned) {
   EXPECT_FALSE(holds(aligned, scene, 0.0));
 }
 
-/// A grip takes a fresh glass, whose share begins at 0 again.
+/// Each grip has a fresh glass, whose spilled share starts at 0 again.
 TEST(Task, WhatIsSpilledOfEveryGlassCounts) {
   const Task task = bring();
   TaskJudge judge(task);
