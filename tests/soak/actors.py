@@ -14,7 +14,7 @@ PROFILES = ("tracking", "anti-slosh", "waiter", "carry", "follow")
 RECORDINGS = ("carrying", "events-demo-recording", "mouse-demo-recording", "physics-demo-laser")
 SERVED_WITHIN = CUT_OFF_WITHIN = 5.0  # s
 FLOOD = 20000  # messages: eight times what is too much
-PARTS = ("session.mcap", "motion", "report.html")  # of a recording, as /sessions/NAME/PART
+PARTS = ("session.mcap", "motion", "report.html")  # parts of a recording, as /sessions/NAME/PART
 
 
 def samples(client, hand, seconds, clutch, rate, **members):
@@ -121,7 +121,7 @@ def drive(world, random, client):
         network.loss = 0.0
         yield from samples(client, hand, random.choice((0.05, 0.5, 2.0)), False, rate)
     elif end < 0.8:
-        yield random.choice((0.1, 0.26, 1.0, 3.5))  # silence; at last the lease ends
+        yield random.choice((0.1, 0.26, 1.0, 3.5))  # a pause; at last the lease ends
 
 
 def interlude(world, random, client, hand, rate):
@@ -344,7 +344,7 @@ def saboteur(world, random):
             world.count("blocked stdout")
             world.program.deaf = True
             for client in world.holders():
-                for _ in range(80):  # what is refused is told on the terminal: the pipe is full
+                for _ in range(80):  # refusals are printed on the terminal: the pipe is full
                     request(client, "rate", value=1e5)
             yield random.uniform(2.0, 10.0)
             world.program.deaf = False

@@ -6,10 +6,10 @@ import numpy as np
 
 from session_log import inside, merged
 
-REST_WITHIN = 1.5  # s, after whatever ended following
+REST_WITHIN = 1.5  # s, after the event that ended following
 SLACK = 0.15  # s, that a message may take to the control loop on a machine that is busy
 OBEYED = 0.1  # s, for a stop; on top, cycles that did not run
-RACE = 0.02  # s: of messages on different sockets so close nobody knows which came first
+RACE = 0.02  # s: messages on different sockets this close have no known order
 CUT_OFF = 0.05  # s, from being cut off to knowing
 CYCLE = 0.01  # s: what comes while a cycle waits for its turn counts in it, after its stamp
 MOVES = 1e-5  # rad/s, commanded
@@ -131,7 +131,7 @@ def stop_is_never_undone(session, log):
 
 def fresh_grip(session, log):
     """Following begins, but after holding, with a clutch that was closed after whatever ended it before."""
-    closings = []  # of those who may have held the lease; a playback's are its own
+    closings = []  # from clients that may have held the lease; a playback's are its own
     clutch = {}
     for e in log.of("sample", "gone"):
         closed = e["kind"] == "sample" and e["clutch"]

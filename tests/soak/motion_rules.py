@@ -4,10 +4,10 @@ import numpy as np
 
 from arm_model import smallest_body_gaps
 
-# Of our own, smaller than the program's: rounding of numbers, not of limits.
+# The judge's own tolerances, smaller than the program's: rounding of numbers, not of limits.
 POSITION = 2e-6  # rad
 COMMANDED = 1e-4  # share of speed and acceleration
-# The measurement: steps of an encoder in positions; the servo may swing a little beyond what it is told.
+# The measurement: encoder steps in positions; the servo may overshoot its commands slightly.
 ENCODER = 1.3e-5  # rad
 PLANNED = 0.01  # share of a profile's speeds: the solver's tolerance
 CHANGED = 1.5  # s, after which the arm is as slow as a profile that was chosen asks for
@@ -15,7 +15,7 @@ MEASURED_SPEED = 0.01  # share
 MEASURED_ACCELERATION = 0.05  # share
 WINDOW = 10  # cycles: what encoder steps add to differences of positions becomes small
 GAP = 0.005  # s, without a command: the servo was left to itself
-SETTLED = 0.06  # s, after that: it is led again
+SETTLED = 0.06  # s, after that: it follows commands again
 BODIES = 2e-4  # m, that they may overlap
 BETWEEN = 0.002  # s, between configurations that are looked at
 

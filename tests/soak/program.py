@@ -25,7 +25,7 @@ class Program:
         fcntl.fcntl(self.output, F_SETPIPE_SIZE, 4096)
         os.set_blocking(self.output, False)
         self.said, self.codes, self.deaf, self.port = "", [], False, None
-        self.unread = False  # nobody read for a while: it may drop what it prints, and says so by its exit code
+        self.unread = False  # no one reads for a while: it may drop output, and says so by its exit code
         deadline = time.monotonic() + 60.0
         while self.port is None:
             if self.process.poll() is not None or time.monotonic() > deadline:

@@ -19,13 +19,13 @@ import json
 import numpy as np
 
 HEARD = 0.25  # s, that the word of a hand lasts
-TOLD = 0.1  # s, from getting the lease to being told
+TOLD = 0.1  # s, from getting the lease to the report of it
 
 
 class SessionLog:
     def __init__(self, entries):
         self.entries = sorted(entries, key=lambda e: e["t"])
-        self.begin = None  # of the session's time, set by the judge
+        self.begin = None  # the session's time, set by the judge
         self.pauses = [(e["t"], e["until"]) for e in self.of("pause")]
 
     @staticmethod
