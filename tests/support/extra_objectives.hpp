@@ -6,7 +6,7 @@
 
 namespace steadyhand::test {
 
-/// w dq' dq, as somebody else would write a term: at single nodes.
+/// w dq' dq, as a user's own term would be: at single nodes.
 class Extra : public Objective {
  public:
   explicit Extra(std::string name, int weights = 1)

@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-/// Time that passes only when somebody sleeps or a test says so.
+/// Time that passes only if a caller sleeps or a test advances it.
 class ManualClock final : public Clock {
  public:
   explicit ManualClock(Time start = std::chrono::seconds(100)) : now_(start) {}

@@ -14,7 +14,7 @@
 
 namespace steadyhand {
 
-/// What is not 0 of a solution's multipliers.
+/// A nonzero multiplier of a solution.
 struct KeptMultiplier {
   int node;
   std::string constraint;

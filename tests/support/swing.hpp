@@ -6,11 +6,11 @@
 
 namespace steadyhand {
 
-/// All joints of a six-axis arm together to and fro, 1.8 rad from end to end at up to 1.8 rad/s, from where the arm
-/// begins to follow; for tests of what goes wrong meanwhile.
+/// All joints of a six-axis arm together back and forth, 1.8 rad from end to end at up to 1.8 rad/s, from where the arm
+/// begins to follow; for tests of faults during motion.
 class Swing {
  public:
-  /// @param home rad; the swing leads back towards it
+  /// @param home rad; the swing moves back towards it
   explicit Swing(const JointVector& home) : home_(home) {}
 
   /// The next swing begins where the arm is then.
@@ -32,7 +32,7 @@ class Swing {
             a_ * kPulse * std::sin(kPulse * t) * ones,
             a_ * kPulse * kPulse * std::cos(kPulse * t) * ones};
   }
-  /// rad, mean of the joints: how far the arm was from where it should have been by its delay.
+  /// rad, mean of the joints: the distance from the arm's position to the one expected with its delay.
   double error() const { return error_; }
 
  private:

@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// A folder of its own for one test; gone afterwards.
+/// A separate folder for one test; removed afterwards.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -81,8 +81,7 @@ class VirtualSession {
     return rate == nullptr ? 50.0 : std::atof(rate);
   }
 
-  /// What the hand does at a time: each 11 ms its sample goes through `channel`, which calls `deliver` for what
-  /// arrives.
+  /// The hand's pose at a time: each 11 ms its sample goes through `channel`, which calls `deliver` for what arrives.
   std::function<Pose(double t)> hand = [](double) { return Pose{}; };
   bool clutch = false;
   std::function<void(OperatorSample)> channel = [this](const OperatorSample& sample) { deliver(sample); };
@@ -145,7 +144,7 @@ class VirtualSession {
     on_command(output.command);
     if (output.follows != nullptr) arm_->follow(*output.follows);
     arm_->send(output.command);
-    // What an arm is told to follow is what its commands are samples of, whatever goes wrong.
+    // The plan that the arm is set to follow is the one that its commands are samples of, whichever fault occurs.
     if (output.follows != nullptr) followed_ = *output.follows;
     const JointCommand planned = sample(followed_, output.command.stamp.made);
     EXPECT_TRUE(planned.q == output.command.q && planned.dq == output.command.dq) << to_seconds(now);
@@ -220,7 +219,7 @@ class VirtualSession {
   PlannerView planner_view;
   JointCommand last_command;
 
-  /// What must hold whatever was done to it. Call at the end of every test. @param forced the arm was moved by force
+  /// The invariants after any fault. Call at the end of every test. @param forced the arm was moved by force
   void expect_safe(bool forced = false) const {
     const MonitorResult& seen = monitor_->result();
     EXPECT_TRUE(seen.beyond_limits == 0 && seen.in_contact == 0 && (forced || seen.too_fast == 0)) << to_text(seen);
@@ -232,7 +231,7 @@ class VirtualSession {
   const RobotModel& model_;
   ManualClock clock_;
   std::unique_ptr<Arm> arm_;
-  Links planner_side_, control_side_;  ///< what lies between them is the solve time
+  Links planner_side_, control_side_;  ///< the delay between them is the solve time
   std::unique_ptr<PlanningStage> planning_;
   std::unique_ptr<ControlStage> control_;
   std::unique_ptr<Monitor> monitor_;

@@ -1,4 +1,4 @@
-// What this build plans, for comparison with WebAssembly's (tests/python/test_site.py, web/e2e/plans.mjs):
+// Prints the plans of this build, for comparison with WebAssembly's (tests/python/test_site.py, web/e2e/plans.mjs):
 //   closed_loop SETUP.json PROFILE PROBLEMS   closed_loop() of src/steadyhand/apps/browser/closed_loop.hpp
 //   closed_loop SETUP.json --play SECONDS     commands_of()
 // SETUP.json is what `steadyhand site-data ROBOT` prints.

@@ -1,5 +1,5 @@
 // A Universal Robots controller to try `--arm ur` with, and for tests in Python: the fake one in real time, until a
-// signal. Lines on its standard input are what somebody does at its pendant (FakeUrController::ask).
+// signal. Lines on its standard input are an operator's actions at its pendant (FakeUrController::ask).
 #include "support/ur/fake_ur_controller.hpp"
 
 #include <fmt/format.h>
@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
     if (poll(&lines, 1, 50) <= 0) continue;
     char bytes[256];
     const ssize_t n = read(STDIN_FILENO, bytes, sizeof(bytes));
-    if (n <= 0) lines.fd = -1;  // nobody is there
+    if (n <= 0) lines.fd = -1;  // no more input
     said.append(bytes, static_cast<std::size_t>(std::max<ssize_t>(0, n)));
     for (std::size_t end; (end = said.find('\n')) != std::string::npos; said.erase(0, end + 1)) {
       const std::string what = said.substr(0, end);

@@ -40,8 +40,8 @@ struct FakeParallelGripperMessages {
 };
 
 /// An action server of control_msgs/action/GripperCommand, or its successor, as one on Cyclone DDS's middleware
-/// answers. Goals are accepted at once, the newest takes the place of the one before, and ends when the test says so.
-/// Within a process DDS delivers before it returns, so all of it happens in who sends.
+/// answers. Goals are accepted at once. The newest replaces the one before, and ends when the test says so. Within a
+/// process DDS delivers before it returns, so everything happens on the sender's thread.
 template <typename Messages>
 class FakeGripperServerOf {
  public:

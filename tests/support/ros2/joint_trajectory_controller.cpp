@@ -118,7 +118,7 @@ void JointTrajectoryController::deactivate() {
   motion_ = {};
 }
 
-/// A trajectory of one point, at once; begun in the next cycle.
+/// A trajectory of one point, at once; it starts in the next cycle.
 void JointTrajectoryController::hold(const JointVector& q) {
   const std::vector<double> zero(settings_.joints.size(), 0.0);
   waiting_ = Motion{Time(0), {{Time(0), list(q), zero, zero}}};
@@ -135,7 +135,7 @@ void JointTrajectoryController::begin(Motion motion, const JointVector& q) {
   sampled_ = false;
 }
 
-/// @return whether the trajectory says where the joints are to be then
+/// @return whether the trajectory has positions for that time
 bool JointTrajectoryController::sample(Time then, State& state) const {
   if (then < before_at_) return false;
   const Time at = then - motion_.stamp;
@@ -202,7 +202,7 @@ const JointTrajectoryController::State& JointTrajectoryController::update(Time n
     before_at_ = from_desired ? commanded_at_.value_or(now) : now;
     before_ = from_desired ? Point{Time(0), list(commanded_.q), list(commanded_.dq), list(commanded_.ddq)}
                            : Point{Time(0), list(q), list(dq), list(none)};
-    time_ = now;  // whatever it has been slowed down by: forgotten
+    time_ = now;  // earlier slowdowns are forgotten
     if (motion_.stamp == Time(0)) motion_.stamp = now;
     sampled_ = true;
   } else {

@@ -20,11 +20,11 @@ struct JointTrajectory {
   std::vector<Point> points;
 };
 
-/// What the joint_trajectory_controller of ros2_controllers 4.42 (Jazzy, Kilted) does with trajectories on its topic,
-/// by its source: it replaces what it has in the next cycle, sets its trajectory time to now with each new one and from
-/// then on advances it by the period times the speed scaling; what it writes is the sample a period ahead. Beyond a
-/// tolerance it writes nothing and holds the joints where they are measured. Inactive it takes nothing. Not there:
-/// actions, effort, integration, continuous joints. One thread.
+/// Does with trajectories on its topic what the joint_trajectory_controller of ros2_controllers 4.42 (Jazzy, Kilted)
+/// does, by its source: it replaces the present one in the next cycle, sets its trajectory time to now with each new
+/// one and from then on advances it by the period times the speed scaling. It writes the sample a period ahead. Beyond
+/// a tolerance it writes nothing and holds the joints where they are measured. Inactive, it accepts nothing. Not
+/// simulated: actions, effort, integration, continuous joints. One thread.
 class JointTrajectoryController {
  public:
   /// Parameters of that name.
@@ -34,7 +34,7 @@ class JointTrajectoryController {
     bool allow_partial_joints_goal = false;
     bool interpolate_from_desired_state = false;
     bool allow_trajectory_replacement = false;
-    Time period = std::chrono::milliseconds(2);  ///< of its update_rate
+    Time period = std::chrono::milliseconds(2);  ///< 1 / update_rate
     double goal_time = 0.0;                      ///< s; 0: no end to the waiting
     double trajectory = 0.0;                     ///< rad, each joint, on the way; 0: any
     double goal = 0.0;                           ///< rad, each joint, at the end; 0: any
@@ -50,11 +50,11 @@ class JointTrajectoryController {
   /// Forgets all.
   void deactivate();
   bool active() const { return active_; }
-  /// Takes a trajectory, or refuses it and goes on with what it has. @return why it is refused; empty: it is not
+  /// Takes a trajectory, or refuses it and continues with the present one. @return why it is refused; empty: accepted
   std::string accept(const JointTrajectory& trajectory, Time now);
   /// One cycle. @param period since the last one @return what the joints are to do, a cycle from now
   const State& update(Time now, Time period, const JointVector& q, const JointVector& dq);
-  /// What its trajectory says of now, as it publishes it.
+  /// The trajectory's sample for now, as published.
   const State& reference() const { return reference_; }
   /// Share of the speed at which trajectories are executed.
   void scale(double speed) { scaling_ = speed; }
@@ -76,9 +76,9 @@ class JointTrajectoryController {
   Settings settings_;
   bool active_ = false, holds_ = false, sampled_ = false;
   double scaling_ = 1.0;
-  std::optional<Motion> waiting_;  ///< accepted, not begun
+  std::optional<Motion> waiting_;  ///< accepted, not started
   Motion motion_;
-  Time time_{0};                   ///< of the trajectory
+  Time time_{0};                   ///< the trajectory's time
   JointTrajectory::Point before_;  ///< where it stood when the motion began
   Time before_at_{0};
   State reference_, commanded_;

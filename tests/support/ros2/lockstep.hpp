@@ -26,8 +26,8 @@ inline int isolated_ros2_domain() {
 }
 
 /// An arm behind the reference controller, over DDS, on one thread and the session's clock: within a process DDS
-/// delivers before it returns. Each cycle that passes on the clock the controller makes one. So contracts can be tested
-/// to the nanosecond.
+/// delivers before it returns. For each cycle that passes on the clock the controller runs one, which makes contracts
+/// testable to the nanosecond.
 class Ros2Lockstep final : public Arm {
  public:
   Ros2Lockstep(const RobotModel& model, ReferenceController::Settings settings, Clock& clock, Ros2Settings ros2 = {})

@@ -53,7 +53,7 @@ ReferenceController::ReferenceController(const RobotModel& model, const JointVec
 
 ReferenceController::~ReferenceController() { stop(); }
 
-/// An arm that has come to where it was told last.
+/// Replaces the arm by one at its last commanded position.
 void ReferenceController::thaw() {
   SimulatedArmSettings arm;
   arm.rate_hz = settings_.rate_hz;
@@ -164,7 +164,7 @@ void ReferenceController::step() {
     const JointVector before = desired_.q;
     desired_ = controller_.update(now_, from_seconds((1 + slept_) * period()), state.joints.q, state.joints.dq);
     slept_ = 0;
-    if (desired_.q == before) desired_.dq = desired_.ddq = JointVector::Zero(before.size());  // not written anew
+    if (desired_.q == before) desired_.dq = desired_.ddq = JointVector::Zero(before.size());  // not written again
     measure(desired_);
   } else {
     past_.clear();
@@ -187,7 +187,7 @@ void ReferenceController::step() {
   tell();
 }
 
-/// What the controller publishes while it is active, and the hardware of its speed.
+/// Publishes the controller's messages while it is active, and the speed scaling of the hardware.
 void ReferenceController::tell() {
   if (unplugged_ > 0) return;
   std::string frame;
@@ -242,7 +242,7 @@ void ReferenceController::run() {
     const Time cycle = from_seconds(period());
     for (Time next = clock.now() + cycle; running_; next += cycle) {
       clock.sleep_until(next);
-      step();  // and, where it slept through cycles, one after the other: it has no clock but its cycles
+      step();  // missed cycles run one after the other: the only clock is the count of cycles
     }
   });
 }

@@ -17,7 +17,7 @@
 namespace steadyhand {
 
 /// A ROS 2 machine with a joint trajectory controller and a joint state broadcaster, over DDS, and the simulated arm
-/// behind them. Its clock is its own, as another computer's is. One thread calls everything but what says otherwise.
+/// behind them. It has its own clock, like another computer. One thread calls everything that has no other note.
 class ReferenceController {
  public:
   struct Settings {
@@ -30,7 +30,7 @@ class ReferenceController {
     double told_positions = 1.0;  ///< the same
     int states_every = 1;         ///< cycles
     double pace = 1.0;            ///< s of stamps for each s
-    std::optional<Time> stamp;    ///< of every joint state
+    std::optional<Time> stamp;    ///< for every joint state
     double rate_hz = 500.0;
     double servo_lag = 0.03;  ///< s, of the arm
     /// Shares of the model's limits at which the arm stops by itself; mock hardware of ros2_control never does.
@@ -44,7 +44,7 @@ class ReferenceController {
     JointTrajectoryController::Settings parameters;  ///< joints: set by the model
   };
 
-  /// The model must outlive it. The arm stands at `q`. Fails with what DDS says.
+  /// The model must outlive it. The arm starts at `q`, stationary. Fails with DDS's message.
   static Result<std::unique_ptr<ReferenceController>> make(const RobotModel& model, const JointVector& q,
                                                            const Settings& settings);
   ~ReferenceController();
@@ -52,18 +52,18 @@ class ReferenceController {
   /// One control cycle.
   void step();
   double period() const { return 1.0 / settings_.rate_hz; }
-  /// Cycles in real time, on a thread of its own, until stop().
+  /// Cycles in real time, on a separate thread, until stop().
   void run();
   void stop();
 
   // ---- faults; any thread
-  /// What comes and goes in the next cycles is lost.
+  /// Messages in both directions are lost in the next cycles.
   void unplug(int cycles) { unplugged_ = cycles; }
   /// The same for what comes only.
   void deafen(int cycles) { deaf_ = cycles; }
   /// Everything that goes out or comes in does so that many cycles later.
   void lag(int cycles) { lag_ = cycles; }
-  /// The controller manager stands still for so many cycles; the arm stays at what it was told last.
+  /// The controller manager misses so many cycles; the arm stays at its last commanded position.
   void freeze(int cycles) { frozen_ = cycles; }
   /// The controller executes trajectories at that share of their speed.
   void scale(double speed) { scaling_ = speed; }
@@ -71,7 +71,7 @@ class ReferenceController {
   void activate(bool active) { activity_asked_ = active ? 1 : -1; }
   /// Joint states lack one joint.
   void hide_joint(bool hidden) { hidden_ = hidden; }
-  /// The arm brakes and stands until it is unlocked, whatever it is told; joint states go on.
+  /// The arm brakes and ignores commands until it is unlocked; joint states continue.
   void protective_stop() { protective_asked_ = true; }
   void unlock() { unlock_asked_ = true; }
   /// Its clock is set. Not while run() does.
@@ -124,7 +124,7 @@ class ReferenceController {
   std::uint64_t accepted_ = 0, refused_ = 0;
   std::string last_refusal_, last_stop_;
 
-  mutable std::mutex mutex_;                                        ///< of what came
+  mutable std::mutex mutex_;                                        ///< guards received data
   std::deque<std::pair<std::uint64_t, JointTrajectory>> incoming_;  ///< cycle in which it counts
   std::uint64_t last_came_ = 0;                                     ///< cycle
   JointTrajectory last_trajectory_;

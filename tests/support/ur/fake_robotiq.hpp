@@ -44,7 +44,7 @@ class FakeRobotiq {
     const std::lock_guard lock(mutex_);
     values_[name] = value;
   }
-  /// How often it was told a position.
+  /// How often a position was set.
   int told() const { return told_; }
 
   std::atomic<bool> refuses{false}, silent{false};

@@ -149,7 +149,7 @@ void FakeUrController::step() {
     }
     flush(*peer);
   }
-  // The primary interface tells its clients the state ten times a second, whether they want it or not.
+  // The primary interface sends its clients the state ten times a second, whether they want it or not.
   if (cycle_ % 50 != 0 || unplugged_ > 0) return;
   for (auto& peer : text_peers_) {
     if (!peer->dashboard) tell_state(*peer);

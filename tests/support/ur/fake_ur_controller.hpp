@@ -24,9 +24,9 @@ namespace steadyhand {
 /// The controller of a Universal Robots arm as its documents and the manufacturer's client library describe it, with
 /// the simulated arm behind it: RTDE versions 1 and 2, programs over the primary interface (run by urscript.hpp, a
 /// cycle at a time), the dashboard or PolyScope X's Robot API, protective stops, pause, remote control, speed slider,
-/// reduced mode. What nobody documents is marked [?] and is such that it is hard on clients. Not there: forces, inverse
-/// kinematics, movel and movec, and the time that a real controller takes to compile a program. One thread calls
-/// everything but run().
+/// reduced mode. Undocumented behaviour is marked [?], and is the choice that is hardest on clients. Not simulated:
+/// forces, inverse kinematics, movel and movec, and the time that a real controller takes to compile a program. One
+/// thread calls everything but run().
 class FakeUrController {
  public:
   /// Speeds in m/s beyond which the safety system stops the arm.
@@ -38,12 +38,12 @@ class FakeUrController {
     int newest_protocol = 2;
     bool remote_control = true;  ///< otherwise connections opened meanwhile cannot send programs (but to a CB3)
     bool paused = true;          ///< is the program after switching on
-    double servo_lag = 0.03;     ///< s, time constant of servoj, whatever its lookahead says
-    /// Of the interpreter: what a thread may evaluate in a cycle; one that wants more goes on in the next [?].
+    double servo_lag = 0.03;     ///< s, time constant of servoj, for any lookahead
+    /// The interpreter's limit: what a thread may evaluate in a cycle; if it needs more, it continues in the next [?].
     int budget = 1200;
     double unlock_wait = 5.0;  ///< s after a protective stop in which it cannot be unlocked
     SpeedCaps normal{}, reduced{0.75, 0.75};
-    std::optional<UrKinematics> kinematics;  ///< told on the primary interface
+    std::optional<UrKinematics> kinematics;  ///< sent on the primary interface
     double payload = 0.0;                    ///< kg, set at the pendant
     std::array<double, 6> tcp{};             ///< m, rad, the same
     std::string address = "127.0.0.1";
@@ -52,7 +52,7 @@ class FakeUrController {
     bool polyscope_x() const { return version.major >= 10; }
   };
 
-  /// The model must outlive it. The arm stands at the model's home.
+  /// The model must outlive it. The arm starts at the model's home, stationary.
   FakeUrController(const RobotModel& model, const Settings& settings);
   ~FakeUrController();
 
@@ -70,27 +70,27 @@ class FakeUrController {
   /// One control cycle.
   void step();
   double period() const { return 1.0 / settings_.version.rate_hz(); }
-  /// Cycles in real time, on a thread of its own, until stop(). Faults may be injected meanwhile.
+  /// Cycles in real time, on a separate thread, until stop(). Faults may be injected meanwhile.
   void run();
   void stop();
 
   // ---- faults; any thread
-  /// The cable is out for so many cycles: nothing comes in or goes out, then all at once, as TCP has it.
+  /// The cable is out for `cycles`: nothing is received or sent; then everything arrives at once, as with TCP.
   void unplug(int cycles) { unplugged_ = cycles; }
-  /// Everything that goes out comes so many cycles later.
+  /// Everything that is sent arrives `cycles` later.
   void lag(int cycles) { lag_ = cycles; }
   void protective_stop() { protective_asked_ = true; }
-  /// What the pendant's buttons do. Not while run() does.
+  /// The pendant's buttons. Not during run().
   void press_stop() { end_program("stopped at the pendant"); }
   void press_pause() { paused_ = true; }
-  /// Goes on with the program that was paused, if the safety system lets the arm move.
+  /// Continues the paused program, if the safety system lets the arm move.
   bool press_play();
   /// As a person does it: waits until the controller unlocks. Not while run() does.
   void unlock();
   void drop_connections() { drop_asked_ = true; }
   void set_slider(double share) { slider_ = share; }
   void set_remote(bool remote) { remote_ = remote; }
-  /// Somebody else's program, from the pendant. Not while run() does.
+  /// Runs another program, from the pendant. Not during run().
   void play_foreign_program();
   /// Any of these by its name, before the next cycle: pause, play, stop, foreign, protective, unlock, reduced, normal,
   /// safeguard, local, remote, off, on, slider NUMBER, lag CYCLES, unplug CYCLES. False: none of these.
@@ -119,7 +119,7 @@ class FakeUrController {
   std::uint64_t overruns() const { return overruns_; }
   int largest_effort() const { return largest_effort_; }
   const std::string& last_error() const { return last_error_; }
-  /// What programs said with textmsg.
+  /// The programs' textmsg output.
   const std::vector<std::string>& log() const { return log_; }
   double time() const { return time_; }
   /// Something went out in the last cycle.
@@ -188,8 +188,8 @@ class FakeUrController {
   std::atomic<UrRobotMode> mode_{UrRobotMode::kRunning};
   std::atomic<UrSafety> safety_{UrSafety::kNormal};
   JointVector target_, target_dq_;
-  JointVector wanted_, move_begin_;  ///< of a motion command, and where it began
-  double progress_ = 1.0;            ///< of a motion command: 1 when its cycle is over
+  JointVector wanted_, move_begin_;  ///< the motion command's goal, and where it began
+  double progress_ = 1.0;            ///< share of the motion command's cycle: 1 when it is over
   double scaling_ = 1.0;             ///< follows the slider
   bool moves_ = false, spoke_ = false;
   bool paused_ = true;

@@ -1,4 +1,4 @@
-// What the fake controller tells and takes over RTDE.
+// The fake controller's RTDE interface.
 #include <algorithm>
 #include <cstring>
 
@@ -243,7 +243,7 @@ void FakeUrController::take_inputs(RtdePeer& peer, RtdeReader data) {
 
 void FakeUrController::send(RtdePeer& peer, RtdeWriter& writer) {
   const auto bytes = writer.packet();
-  if (peer.queue.size() > kLongestQueue) peer.gone = true;  // nobody reads
+  if (peer.queue.size() > kLongestQueue) peer.gone = true;  // the peer does not read
   peer.queue.emplace_back(cycle_ + lag_, std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
   flush(peer);
 }

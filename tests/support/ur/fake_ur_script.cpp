@@ -1,4 +1,4 @@
-// What programs may call on the fake controller.
+// The functions that programs may call on the fake controller.
 #include <algorithm>
 #include <cmath>
 
@@ -142,7 +142,7 @@ urscript::Value FakeUrController::brake(double deceleration, urscript::Waiting& 
   while (target_dq_.norm() > 1e-9) {
     const JointVector change = target_dq_.cwiseAbs().cwiseMin(std::max(0.1, deceleration) * period());
     wanted_ = target_ + period() * (target_dq_ - target_dq_.cwiseSign().cwiseProduct(change));
-    progress_ = 1.0;  // whatever the slider says
+    progress_ = 1.0;  // independent of the slider
     moves_ = true;
     thread.next_cycle();
   }

@@ -13,8 +13,8 @@
 
 namespace steadyhand {
 
-/// A UR arm and its fake controller on one thread and the session's clock: each cycle that passes on the clock the
-/// controller makes one, and what is sent is there at once. So contracts can be tested to the nanosecond.
+/// A UR arm and its fake controller on one thread and the session's clock: for each cycle that passes on the clock the
+/// controller runs one, and messages arrive at once. This makes contracts testable to the nanosecond.
 class UrLockstep final : public Arm {
  public:
   UrLockstep(const RobotModel& model, const FakeUrController::Settings& settings, Clock& clock, UrSettings ur = {})

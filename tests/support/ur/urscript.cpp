@@ -96,7 +96,7 @@ Value Arguments::get(std::size_t i, const std::string& name, const Value& otherw
   return i < values.size() ? values[i] : otherwise;
 }
 
-/// A thread of the program: a stack of its own, left in the middle of a call when it waits.
+/// A thread of the program: it has its own stack, and is left in the middle of a call when it waits.
 class Program::Fiber final : public Waiting {
  public:
   explicit Fiber(std::function<void(Fiber&)> work) : work_(std::move(work)), stack_(new char[kStack]) {
@@ -140,7 +140,7 @@ class Program::Fiber final : public Waiting {
 
   bool killed = false, ended = false;
   int statements = 0, calls = 0;
-  int effort = 0;  ///< of this cycle
+  int effort = 0;  ///< in this cycle
 
  private:
   static void enter(unsigned high, unsigned low) {
@@ -313,7 +313,7 @@ Program::Flow Program::run(Fiber& fiber, const Node& node, Scope& scope, Value& 
   }
 }
 
-/// Of the function if it has one of that name, else the program's.
+/// The function's variable if it has one of that name, else the program's.
 Value& Program::variable(const Node& node, Scope& scope, bool create) {
   if (const auto found = scope.find(node.text); found != scope.end()) return found->second;
   if (const auto found = globals_.find(node.text); found != globals_.end()) return found->second;

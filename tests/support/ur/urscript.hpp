@@ -37,7 +37,7 @@ struct Arguments {
   Value get(std::size_t i, const std::string& name, const Value& otherwise) const;
 };
 
-/// What a function of the host may do to the thread that calls it.
+/// Operations of a host function on the thread that calls it.
 class Waiting {
  public:
   virtual ~Waiting() = default;
@@ -49,11 +49,11 @@ using Builtins = std::map<std::string, Builtin>;
 
 struct Node;
 
-/// A program that runs a control cycle at a time; each of its threads goes on until it waits for the next cycle.
+/// A program that runs a control cycle at a time; each of its threads runs until it waits for the next cycle.
 class Program {
  public:
   /// Parses; throws ScriptError. @param builtins must outlive it @param budget what a thread may evaluate in a cycle
-  /// (expressions and statements, each with its parts); one that wants more goes on in the next; 0: without end
+  /// (expressions and statements, each with its parts); if it needs more, it continues in the next; 0: no limit
   Program(const std::string& source, const Builtins& builtins, int budget = 0);
   ~Program();
 
@@ -64,7 +64,7 @@ class Program {
   /// Most that a thread evaluated in a cycle, and how often it wanted more than the budget.
   int largest_effort() const { return largest_effort_; }
   int overruns() const { return overruns_; }
-  /// What the program itself, not its threads, evaluated in the last cycle.
+  /// Evaluations of the program itself, not its threads, in the last cycle.
   int effort() const { return effort_; }
 
  private:

@@ -98,7 +98,7 @@ class Parser {
     while (peek().type == Token::kNewline) ++at_;
   }
 
-  /// Until what ends a block, which it leaves.
+  /// Up to the keyword that ends a block, which is not consumed.
   std::vector<NodePointer> block() {
     if (++depth_ > 100) fail("nested too deeply");
     std::vector<NodePointer> statements;
@@ -150,7 +150,7 @@ class Parser {
     if (!place) fail("nothing that can be assigned to");
     auto node = make(Kind::kAssign, scope);
     node->parts.push_back(std::move(left));
-    skip_newlines();  // what is assigned may stand on the next line
+    skip_newlines();  // the value may be on the next line
     node->parts.push_back(expression());
     return node;
   }
