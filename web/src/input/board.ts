@@ -5,10 +5,10 @@ import type { Item } from './menu';
 const WIDTH = 1024, HEIGHT = 1300, METRES = 0.72;
 const LABELS = '34px system-ui, sans-serif';
 const LINE = 53, MENU = 546, ROW = 34, BUTTON = 60, LEFT = 56, GAP = 14, END = 76;
-/** px: the bar that says by what the board is moved, as windows have it in headsets. */
+/** px: the bar by which the board is moved, as windows in headsets have one. */
 const HANDLE = { width: 300, height: 12, up: 28 } as const;
 
-/** Where an item stands, px from the top left. */
+/** Position of an item, px from the top left. */
 interface Place { x: number; y: number; width: number; height: number }
 
 function panel(width: number, height: number, metres: number): { canvas: HTMLCanvasElement; geometry: THREE.PlaneGeometry; material: THREE.MeshBasicMaterial } {
@@ -20,7 +20,7 @@ function panel(width: number, height: number, metres: number): { canvas: HTMLCan
   return { canvas, geometry: new THREE.PlaneGeometry(metres, (metres * height) / width), material: new THREE.MeshBasicMaterial({ map, transparent: true, toneMapped: false }) };
 }
 
-/** Line by line what fits; in `c`'s font. @param wide px */
+/** Wraps the text into lines; in `c`'s font. @param wide px */
 function wrapped(text: string, wide: number, c: CanvasRenderingContext2D): string[] {
   const lines: string[] = [];
   for (const word of text.split(' ').filter(Boolean)) {
@@ -31,15 +31,15 @@ function wrapped(text: string, wide: number, c: CanvasRenderingContext2D): strin
   return lines;
 }
 
-/** State, what to do now, and a menu, as a board in the headset. Drawn anew only when something on it changes. */
+/** State, what to do now, and a menu, as a board in the headset. Redrawn only when something on it changes. */
 export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
   readonly #context: CanvasRenderingContext2D;
-  /** What stands above the menu, a line each. */
+  /** The text above the menu, by lines. */
   text = '';
   items: Item[] = [];
   /** Which item the ray or the stick is on; -1: none. */
   chosen = -1;
-  /** m, of the board's frame: nothing of it is below that. */
+  /** m, in the board's frame: its lower edge. */
   bottom = 0;
   #shown = '';
   #places: Place[] = [];
@@ -50,7 +50,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     this.#context = canvas.getContext('2d')!;
   }
 
-  /** The item at a point of the board, whose coordinates run from 0 to 1 and upwards; -1: none. */
+  /** The item at a point of the board (coordinates 0 to 1, upwards); -1: none. */
   itemAt(u: number, v: number): number {
     const x = u * WIDTH, y = (1 - v) * HEIGHT;
     return this.#places.findIndex((place) => x >= place.x && x <= place.x + place.width && y >= place.y && y <= place.y + place.height);
@@ -58,7 +58,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
 
   write(title: string, color: string, warning: string, lines: string[], items: Item[]): void {
     this.text = [title, ...lines, warning].join('\n');
-    // One more may stand before it: what is chosen stays chosen, not its number.
+    // Another item may now precede the chosen one: the choice follows the item, not its number.
     const kept = this.items[this.chosen], same = kept ? items.findIndex(({ row, label }) => row === kept.row && label === kept.label) : -1;
     this.items = items;
     if (same >= 0) this.chosen = same;
@@ -86,7 +86,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
       c.font = i === 1 ? '600 50px system-ui, sans-serif' : '40px system-ui, sans-serif';
       c.fillStyle = i === 1 ? '#ffffff' : '#c4ccd6';
       for (const part of wrapped(line, wide, c)) {
-        if (y > above) return; // the last lines, figures, give way to a long reason
+        if (y > above) return; // the last lines (figures) give way to a long reason
         c.fillText(part, LEFT, y, wide);
         y += LINE;
       }
@@ -96,7 +96,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     this.material.map!.needsUpdate = true;
   }
 
-  /** Just above the menu. @returns px, above which all else stays */
+  /** Just above the menu. @returns px, above which everything else must stay */
   #warn(warning: string): number {
     if (!warning) return MENU - 24;
     const c = this.#context;
@@ -111,7 +111,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     return top - 12;
   }
 
-  /** Row by row, on as many lines as it takes. @returns px, where the menu ends */
+  /** Row by row, each on as many lines as needed. @returns px, where the menu ends */
   #lay(): number {
     const c = this.#context;
     let row = '', y = MENU - BUTTON - GAP, x = LEFT;
@@ -131,7 +131,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     return Math.min(HEIGHT, this.items.length > 0 ? y + BUTTON + END : MENU);
   }
 
-  /** All that is no button moves the board; this says so. @param end px, of the board */
+  /** Everything except the buttons moves the board; the handle shows this. @param end px, of the board */
   #drawHandle(end: number): void {
     const c = this.#context, { width, height, up } = HANDLE;
     c.fillStyle = '#9aa6b4';
@@ -169,10 +169,10 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
   }
 }
 
-/** px of the canvas, which the longest of them fit. */
+/** px of the canvas, for the longest line. */
 const ACROSS = 896;
 
-/** A few words that stay before the eyes, or at a controller. Drawn anew when they change; hidden when there are none. */
+/** A few words before the eyes or at a controller. Redrawn when they change; hidden when there are none. */
 export class Words extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
   readonly #canvas: HTMLCanvasElement;
   #lines = '';

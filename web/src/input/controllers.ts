@@ -3,22 +3,23 @@ export const TRIGGER = 0, GRIP = 1, STICK = 3, A = 4, B = 5;
 
 const isPressed = (source: XRInputSource, button: number): boolean => source.gamepad?.buttons[button]?.pressed === true;
 
-/** What an operator holds. Hands that the headset sees come as sources, too: some of them with a gamepad of one button. */
+/** A controller in the operator's hand. Tracked hands are sources, too; some have a gamepad with one button. */
 export function isController(source: XRInputSource): boolean {
   return !source.hand && Boolean(source.gripSpace) && (source.gamepad?.buttons.length ?? 0) > GRIP
     && !source.profiles.some((profile) => profile.includes('hand'));
 }
 
-const SMALLEST_MOVE = 0.02; // of a trigger's way: less is noise
+const SMALLEST_MOVE = 0.02; // share of a trigger's travel: less is noise
 
 /**
- * A gamepad's trigger as a gripper: how far it is pulled, each time that it moves. One that lies still says nothing, so
- * that a gripper keeps what it holds when a gamepad is plugged in, and when another way in opened or closed it.
+ * A gamepad's trigger as a gripper: how far it is pulled, each time that it moves. A trigger that does not move
+ * reports nothing: a gripper keeps its object when a gamepad is plugged in or another input device opened or closed
+ * it.
  */
 export class Trigger {
   #at: number | null = null;
 
-  /** @returns 0 to 1, where it moved; null where it did not, or is seen for the first time */
+  /** @returns 0 to 1 if it moved; null if it did not, or is seen for the first time */
   moved(value: number): number | null {
     const before = this.#at, end = value === 0 || value === 1;
     if (before !== null && (end ? value === before : Math.abs(value - before) < SMALLEST_MOVE)) return null;
@@ -26,7 +27,7 @@ export class Trigger {
     return before === null ? null : value;
   }
 
-  /** It is out of sight: where it is then, it was moved unseen. */
+  /** It is out of sight: its next position is not a motion. */
   forget(): void { this.#at = null; }
 }
 
@@ -35,9 +36,12 @@ export class Buttons {
   #held = new WeakMap<XRInputSource, boolean[]>();
 
   isPressed(source: XRInputSource, button: number): boolean { return isPressed(source, button); }
-  /** Pressed, and was not a frame ago; also if there was none of this controller: what stops does so rather twice than never. */
+  /**
+   * Pressed, and not pressed a frame ago; also without an earlier frame of this controller: better to stop twice than
+   * never.
+   */
   isNew(source: XRInputSource, button: number): boolean { return isPressed(source, button) && this.#held.get(source)?.[button] !== true; }
-  /** Pressed, and was seen open a frame ago: what moves the arm was meant to. */
+  /** Pressed, and seen open a frame ago: a press that starts motion must be intended. */
   began(source: XRInputSource, button: number): boolean { return isPressed(source, button) && this.#held.get(source)?.[button] === false; }
 
   /** At the end of a frame. */
@@ -48,6 +52,6 @@ export class Buttons {
     for (let i = 0; i < buttons.length; ++i) held[i] = buttons[i]!.pressed;
   }
 
-  /** Frames were missed: whatever is pressed when the next one comes was pressed unseen. */
+  /** Frames were missed: a button that is pressed in the next frame was pressed unseen. */
   forget(): void { this.#held = new WeakMap(); }
 }

@@ -8,14 +8,17 @@ import type { Stage } from '../scene/stage';
 import { clearTheMiddle, sizeOf } from './handles';
 import { Reach } from './reach';
 
-/** s; mice that tell of their motion more often than this are asked this often. */
+/** s; mice that report their motion more often are read this often. */
 const RAW_EVERY = 0.004;
-/** rad/s of the hand: half of what is taken for a jump. */
+/** rad/s of the hand: half of what counts as a jump. */
 const FASTEST_TURN = 15;
-/** s, of a pause that the hand makes up for. */
+/** s, of a pause that the hand catches up. */
 const PAUSE = 0.05;
 
-/** Handles on the target for mouse and touch, and the glass itself, which may be elsewhere: pressing one engages, letting go releases. */
+/**
+ * Handles on the target for mouse and touch, and the glass itself, which may be elsewhere: a press engages, its end
+ * releases.
+ */
 export class Drag {
   readonly controls: TransformControls;
   readonly #proxy = new THREE.Object3D();
@@ -26,14 +29,14 @@ export class Drag {
   readonly #startTurn = new THREE.Quaternion();
   readonly #turn = new THREE.Quaternion();
   readonly #reach = new Reach();
-  /** What the hand was told, on its way to how the handle is turned. */
+  /** The turn last sent to the hand, on its way to the turn of the handle. */
   readonly #toldTurn = new THREE.Quaternion();
   #toldAt = 0; // s
   readonly #shift: MutableVec3 = [0, 0, 0];
   readonly #spin: MutableQuat = [0, 0, 0, 1];
-  /** As TransformControls takes it: place in the picture, and no button that changed. */
+  /** In the form that TransformControls takes: position in the picture, no changed button. */
   readonly #pointer = { x: 0, y: 0, button: -1 };
-  /** s, of the newest event, and of the one that led the hand last. */
+  /** s, of the newest event, and of the one that last moved the hand. */
   #eventTime = 0;
   #ledTime = 0;
   #holding = false;
@@ -46,12 +49,12 @@ export class Drag {
     this.controls.space = 'local';
     this.controls.attach(this.#proxy);
     stage.scene.add(this.controls.getHelper());
-    // The event that moves the handle comes first to us, so that its age is known when the sample goes out.
+    // Our listener sees the event before the handle moves, so that the sample carries the event's time.
     for (const type of ['pointerdown', 'pointermove'] as const) {
       canvas.addEventListener(type, (event) => { this.#eventTime = event.timeStamp / 1000; }, { capture: true });
     }
     canvas.addEventListener('pointerdown', (event) => this.#pressed(event), { capture: true });
-    // `pointermove` waits for the next picture; where browsers also tell of motion at once, the hand need not.
+    // `pointermove` waits for the next frame; `pointerrawupdate`, where available, does not.
     canvas.addEventListener('pointerrawupdate', (event) => this.#moved(event as PointerEvent));
     this.controls.addEventListener('dragging-changed', (event) => this.#held(event.value === true));
     this.controls.addEventListener('axis-changed', (event) => { canvas.style.cursor = event.value ? 'grab' : ''; });
@@ -65,13 +68,13 @@ export class Drag {
   setMode(mode: 'translate' | 'rotate'): void { this.controls.setMode(mode); }
 
   show(shown: boolean): void {
-    // Handles that are switched off in a drag would never hear of its end.
+    // Handles that are hidden during a drag would miss its end.
     if (!shown) this.controls.dragging = false;
     this.controls.getHelper().visible = shown;
     this.controls.enabled = shown;
   }
 
-  /** 90 times a second: while held, the hand is reported even when it rests. */
+  /** 90 times a second: while engaged, the hand is reported even when it does not move. */
   report(): void {
     if (this.#holding) this.lead(true);
   }
@@ -104,14 +107,14 @@ export class Drag {
     return this.#pointer as PointerEvent;
   }
 
-  /** Comes before the view hears of it, which does not turn where a handle is. */
+  /** Runs before the view's listener: the view must not turn where a handle is. */
   #pressed(event: PointerEvent): void {
     if (this.#holding || !this.controls.enabled) return;
     const at = this.#place(event), isHit = (): boolean => {
       this.controls.pointerHover(at);
       return this.controls.axis !== null;
     };
-    // Who aims at a glass that moves aims at where it was; the next picture puts its handle back.
+    // A pointer aims at where a moving glass was seen; the next frame puts its handle back.
     const wasHit = (glass: THREE.Vector3): boolean => {
       this.#follower.matrixWorld.setPosition(glass);
       return isHit();
@@ -121,7 +124,7 @@ export class Drag {
     setTimeout(() => { this.stage.view.orbit.enabled = !this.#holding; });
   }
 
-  /** From who leads now: the new grip begins at the glass, wherever their target is. */
+  /** Takes over from another input device: the new engagement starts at the glass, wherever the target is. */
   #takeOver(): void {
     const { state } = this.session, { _positionStart: from } = this.controls as unknown as { _positionStart: THREE.Vector3 };
     if (state?.state === 'engaged') this.#proxy.position.copy(from.fromArray(state.tool.p));

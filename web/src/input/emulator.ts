@@ -4,18 +4,18 @@ import { P_SPACE } from 'iwer/lib/private.js';
 
 /** The WebXR names of a Quest's buttons. */
 type Button = 'squeeze' | 'trigger' | 'a-button';
-/** Of a mouse, in `MouseEvent.buttons`: the main one or the wheel's grips, the other one is the trigger. */
+/** Of a mouse, in `MouseEvent.buttons`: the main button and the wheel engage, the other button is the trigger. */
 const GRIPS = 1 | 4, TRIGGERS = 2;
 const REACH = 0.0016; // m of the hand for each pixel of the mouse
-/** m: where the hand is of what it points at, as a share of the way there; beside and below the line of sight. */
+/** Position of the hand: share of the way to what it points at; m to the right of and below the line of sight. */
 const HALFWAY = 0.5, ASIDE = { right: 0.1, down: 0.14 };
-/** m, to what the mouse points at where that is not the board; and within which the wheel brings the hand. */
+/** m, distance of what the mouse points at where that is not the board; and the range of the wheel. */
 const AWAY = 1.25, NEAR = 0.5, FAR = 2.5;
-/** rad, of a press of an arrow key; and how far the head nods at most. */
+/** rad: turn for each press of an arrow key; largest nod of the head. */
 const TURN = 0.1, NOD = 0.9;
-/** rad, of the picture's height: narrower than the lenses', for a picture on a screen. */
+/** rad, height of the picture: narrower than that of lenses, for a screen. */
 const FIELD = 1.15;
-/** Before the arm and facing it, with the board to the left. m, and rad: to the left, and up. */
+/** In front of the arm and facing it, with the board to the left. m; rad to the left and up. */
 const HEAD = { p: [-0.5, 1.55, -0.1], yaw: -0.2, pitch: -0.18 } as const;
 
 function look(device: XRDevice, yaw: number, pitch: number): void {
@@ -31,8 +31,8 @@ export function emulatedQuest(): XRDevice {
   device.fovy = FIELD;
   look(device, HEAD.yaw, HEAD.pitch);
   device.controllers.right?.position.set(-0.08, 1.17, -0.62);
-  device.controllers.left?.position.set(-0.9, 0.85, -0.5); // hangs: nobody moves it
-  // iwer calls all its poses guesses; these are known.
+  device.controllers.left?.position.set(-0.9, 0.85, -0.5); // hangs down and does not move
+  // iwer marks all its positions as emulated (estimated); these are known.
   for (const controller of Object.values(device.controllers)) {
     const space = controller?.inputSource.gripSpace;
     if (space) space[P_SPACE].emulated = false;
@@ -41,25 +41,25 @@ export function emulatedQuest(): XRDevice {
 }
 
 /**
- * A mouse and a few keys as the right hand of a headset that the page emulates: pressing grips, moving moves it across the
- * view, the wheel to and fro; where it holds nothing it is under the mouse; the other button pulls the trigger, and on the board
- * each does; the arrow keys turn the head, Home turns it back. While a session runs.
+ * A mouse and a few keys as the right hand of an emulated headset, while a session runs. A press engages; motion moves
+ * the hand across the view, the wheel moves it back and forth. While not engaged, the hand is under the mouse. The
+ * other button pulls the trigger; on the board both buttons press. The arrow keys turn the head, Home turns it back.
  */
 export class EmulatedHand {
   #running = false;
   #yaw: number = HEAD.yaw;
   #pitch: number = HEAD.pitch;
   readonly #keys: Readonly<Record<string, () => void>>;
-  /** Where the picture stands in the page, under all that lies over it. */
+  /** The picture's place in the page, below all that covers it. */
   readonly #before: ChildNode | null;
 
-  /** Pressed, and no frame of the headset has seen it; and those of them that are open again. */
+  /** Pressed, but not yet seen by a frame of the headset; and those of them that are released already. */
   readonly #unseen = new Set<Button>();
   readonly #opened = new Set<Button>();
   #held = false;
   #pulled = false;
   #away = AWAY;
-  /** The mouse is on the board, where a press that grips elsewhere presses what is there. */
+  /** The mouse is on the board: a press there presses an item and does not engage. */
   #onBoard = false;
   #presses = false;
   readonly #eye = new THREE.Vector3();
@@ -70,7 +70,7 @@ export class EmulatedHand {
   readonly #gaze = new THREE.Quaternion();
   readonly #frame = new THREE.Matrix4();
 
-  /** @param boardAt m from a point along a direction, both of the world, to the board; null: it is not there */
+  /** @param boardAt distance to the board, m, from a point along a direction, both in the world frame; null: not met */
   constructor(private readonly device: XRDevice, private readonly canvas: HTMLCanvasElement,
               private readonly boardAt: (from: THREE.Vector3, along: THREE.Vector3) => number | null) {
     this.#before = canvas.nextSibling;
@@ -82,7 +82,7 @@ export class EmulatedHand {
     const listen = <K extends keyof HTMLElementEventMap>(type: K, act: (event: HTMLElementEventMap[K]) => void) => {
       canvas.addEventListener(type, (event) => {
         if (!this.#running) return;
-        // The camera is the head now: orbiting would fight it.
+        // The camera is the head now: orbiting would move it, too.
         event.stopImmediatePropagation();
         event.preventDefault();
         act(event);
@@ -94,7 +94,7 @@ export class EmulatedHand {
       this.#hold(event.buttons);
     });
     listen('pointermove', (event) => {
-      this.#hold(event.buttons); // one more button, or one less, of a mouse that holds another is a move
+      this.#hold(event.buttons); // while a button is down, browsers report another press or release as a move
       if (this.#held) this.#move(event.movementX * REACH, -event.movementY * REACH, 0);
       else this.#point(event);
     });
@@ -109,7 +109,7 @@ export class EmulatedHand {
     addEventListener('keydown', (event) => {
       const act = this.#keys[event.code];
       if (!this.#running || !act || event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement) return; // arrows are theirs
-      event.preventDefault(); // nor does the page scroll
+      event.preventDefault(); // the page must not scroll
       act();
     });
     addEventListener('blur', () => this.#hold(0));
@@ -123,17 +123,20 @@ export class EmulatedHand {
     }
     this.#hold(0);
     this.#settle();
-    // iwer leaves it above all else there.
+    // iwer leaves the canvas on top of the page.
     setTimeout(() => this.#before?.parentElement?.insertBefore(this.canvas, this.#before));
   }
 
-  /** In each frame of the headset: what was pressed until then was seen. @param ratio pixels of the picture to those of the page */
+  /**
+   * In each frame of the headset, which has now seen all presses. @param ratio pixels of the picture to those of the
+   * page
+   */
   update(ratio: number): void {
     this.#settle();
     this.#fit(ratio);
   }
 
-  /** iwer makes the picture as large as the window; here it has a part of it. */
+  /** iwer makes the picture as large as the window; here it is a part of the window. */
   #fit(ratio: number): void {
     const canvas = this.device.appCanvas, box = this.device.canvasContainer;
     if (!this.#running || !canvas || !box.clientWidth) return;
@@ -148,7 +151,7 @@ export class EmulatedHand {
     look(this.device, this.#yaw, this.#pitch);
   }
 
-  /** The hand that holds nothing is under the mouse, and points at what is there. */
+  /** While not engaged, the hand is under the mouse and points at what is there. */
   #point(event: MouseEvent): void {
     const hand = this.device.controllers.right, { left, top, width, height } = this.canvas.getBoundingClientRect();
     if (!hand || !width || !height) return;
@@ -166,7 +169,7 @@ export class EmulatedHand {
     hand.quaternion.set(this.#gaze.x, this.#gaze.y, this.#gaze.z, this.#gaze.w);
   }
 
-  /** m, along the head's own axes, but for its nod. */
+  /** m, along the head's axes without its nod. */
   #move(right: number, up: number, back: number): void {
     const hand = this.device.controllers.right;
     if (!hand) return;
@@ -175,7 +178,7 @@ export class EmulatedHand {
     p.set(p.x + c * right + s * back, p.y + up, p.z - s * right + c * back);
   }
 
-  /** @param buttons of the mouse, all that are down */
+  /** @param buttons of the mouse that are down */
   #hold(buttons: number): void {
     const down = (buttons & GRIPS) !== 0;
     if (!down) this.#presses = false;
@@ -188,7 +191,7 @@ export class EmulatedHand {
     this.#pulled = pulled;
   }
 
-  /** A press that is shorter than a picture takes is as long as one. */
+  /** A press shorter than a frame lasts one frame. */
   #press(button: Button, down: boolean): void {
     if (!down && this.#unseen.has(button)) {
       this.#opened.add(button);
@@ -201,7 +204,7 @@ export class EmulatedHand {
     this.device.controllers.right?.updateButtonValue(button, Number(down));
   }
 
-  /** What is open, is. */
+  /** Releases what was released before a frame saw its press. */
   #settle(): void {
     this.#unseen.clear();
     for (const button of this.#opened) this.#press(button, false);

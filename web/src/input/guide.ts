@@ -1,16 +1,16 @@
 import * as THREE from 'three';
 import { Words } from './board';
 
-/** What a controller's parts do; each is told at the controller until it was used once. */
+/** What a controller's parts do; each is shown at the controller until its first use. */
 const PARTS = { lead: 'Grip: move the arm', forward: 'A: forward is where you look', stop: 'B: stop', stick: 'Stick: scale ↕, menu ↔', point: 'Trigger: press on the board, move it' } as const;
 const LEFT: Readonly<Record<string, string>> = { forward: 'X: forward is where you look', stop: 'Y: stop' };
 
 export type Part = keyof typeof PARTS;
 
-/** m, of a controller's label; of what stands before the eyes, and how far. */
+/** m: width of a controller's label and of a notice before the eyes; distance and drop of the notice. */
 const LABEL = 0.15, NOTICE = 0.5, AHEAD = 0.9, DOWN = 0.16;
 
-/** Words where the person looks: at the controllers what they do, and before the eyes what is lost. */
+/** Texts where the operator looks: at the controllers what they do, before the eyes what is lost. */
 export class Guide {
   readonly notice = new Words('rgba(198, 40, 40, 0.94)', '#ffffff', 1, NOTICE);
   readonly #labels: { words: Words; left: boolean }[] = [];
@@ -21,7 +21,7 @@ export class Guide {
     this.notice.material.depthTest = false;
   }
 
-  /** @param grip of a controller, whichever hand holds it */
+  /** @param grip of either controller */
   attach(grip: THREE.Group): void {
     const words = new Words('rgba(16, 20, 25, 0.85)', '#e8edf3', Object.keys(PARTS).length, LABEL), label = { words, left: false };
     words.position.set(0, 0.07, -0.06);
@@ -35,7 +35,10 @@ export class Guide {
     this.#tell(label);
   }
 
-  /** Of a screen, which shows less than lenses do: labels are so many times as large, and beside the hand, clear of what it points at. */
+  /**
+   * A screen shows less than lenses: labels are larger by this factor, and next to the hand, clear of what it points
+   * at.
+   */
   showOnScreen(factor: number): void {
     for (const { words } of this.#labels) {
       words.scale.setScalar(factor);

@@ -7,13 +7,16 @@ import { isTyped } from './shortcuts';
 const SPEED = 0.25; // m/s
 const TURN = 0.8;   // rad/s
 
-/** Axis (x away from who looks, y to the left of the picture, z up) and sign of each key; the first three move, the last three turn. */
+/**
+ * Axis (x away from the operator, y to the left of the picture, z up) and sign of each key; the first three move, the
+ * last three turn.
+ */
 const KEYS: Readonly<Record<string, readonly [number, number]>> = {
   KeyW: [0, 1], KeyS: [0, -1], KeyA: [1, 1], KeyD: [1, -1], KeyE: [2, 1], KeyQ: [2, -1],
   KeyJ: [5, 1], KeyL: [5, -1], KeyI: [4, 1], KeyK: [4, -1], KeyU: [3, 1], KeyO: [3, -1],
 };
 
-/** Rates along and about the picture's axes, from keys or a gamepad, while they hold the hand. */
+/** Rates along and about the picture's axes, from keys or a gamepad, while these engage. */
 abstract class RateInput {
   protected readonly rates = new Float64Array(6);
   readonly #shift: MutableVec3 = [0, 0, 0];
@@ -23,11 +26,11 @@ abstract class RateInput {
   readonly #step: MutableQuat = [0, 0, 0, 1];
   #held = false;
 
-  /** @param looks rad, about the base's z: where who leads looks, of the arm's forward */
+  /** @param looks rad, about the base's z: the operator's viewing direction, from the arm's forward */
   constructor(private readonly name: string, protected readonly hand: Hand, protected readonly session: Session,
               private readonly wantLease: () => boolean, private readonly looks: () => number) {}
 
-  /** @param dt s; @param eventTime s, of the event that this follows at once */
+  /** @param dt s @param eventTime s, of the event that this call follows at once */
   protected advance(dt: number, held: boolean, eventTime?: number): void {
     const controls = this.session.state?.controls;
     if (!held || !controls) {
@@ -35,7 +38,7 @@ abstract class RateInput {
       return this.hand.release(this.name);
     }
     if (!this.#held) {
-      // If another way in has the hand, this grip is lost on it, also when it lets go.
+      // If another input device has the hand, this engagement is lost to it, even after that device releases.
       this.#held = true;
       this.hand.grab(this.name, this.wantLease());
       this.#shift.fill(0);
@@ -66,7 +69,7 @@ export class Keys extends RateInput {
     super('keys', hand, session, wantLease, looks);
     addEventListener('keydown', (event) => {
       if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
-      event.preventDefault(); // a list that has the focus would look for a name that begins with this letter
+      event.preventDefault(); // otherwise a list with the focus would search for a name with this letter
       if (event.repeat) return;
       this.#explain(event.code);
       this.#down.add(event.code);
@@ -79,7 +82,7 @@ export class Keys extends RateInput {
     });
   }
 
-  /** What nothing will come of is told. */
+  /** Shows why a key has no effect. */
   #explain(code: string): void {
     const { session } = this, axis = KEYS[code]![0], at = performance.now() / 1000;
     if (session.mayReset) session.hint('The arm is stopped: press “Reset” first.', at);
@@ -94,19 +97,19 @@ export class Keys extends RateInput {
   }
 }
 
-/** s without a new timestamp after which a gamepad counts as silent: browsers go on showing what they heard last of one that is gone. */
+/** s without a new timestamp after which a gamepad counts as disconnected: browsers keep its last values. */
 const SILENT = 0.5;
 const STOP = 1, GRIP = 5, LEFT_TRIGGER = 6, RIGHT_TRIGGER = 7;
 
 /**
- * Right bumper held engages; left stick moves, right stick lifts and turns, either trigger closes the gripper, button B of
- * any gamepad stops.
+ * The right bumper engages; the left stick moves, the right stick lifts and turns, either trigger closes the gripper,
+ * button B of any gamepad stops.
  */
 export class Gamepads extends RateInput {
   readonly #stopHeld: boolean[] = [];
-  /** The gamepad that leads, by its place in the browser's list. */
+  /** The gamepad that is engaged, by its index in the browser's list. */
   #leads = -1;
-  /** Its bumper was seen open since it was silent last. */
+  /** Its bumper was seen open since its last timeout. */
   #opened = false;
   readonly #trigger = new Trigger();
   #timestamp = 0;
@@ -116,7 +119,7 @@ export class Gamepads extends RateInput {
   constructor(hand: Hand, session: Session, wantLease: () => boolean, looks: () => number, private readonly onStop: () => void,
               private readonly onGripper: (closed: number) => void, private readonly now: () => number) {
     super('gamepad', hand, session, wantLease, looks);
-    // Asked 90 times a second, the browser makes its list anew each time.
+    // Called 90 times a second, the browser would create its list each time.
     const look = (): void => { this.#plugged = (navigator.getGamepads?.() ?? []).some((pad) => pad?.mapping === 'standard'); };
     addEventListener('gamepadconnected', look);
     addEventListener('gamepaddisconnected', look);

@@ -4,7 +4,7 @@ import { inOrder } from '../profiles';
 import type { Session } from '../session';
 import { weightText } from '../weights';
 
-/** What can be pressed on the board; in the rows of the board from above. */
+/** What can be pressed on the board; the rows are in order from the top. */
 export interface Item { row: string; label: string; on: boolean; act: () => void }
 
 export interface Asks {
@@ -13,14 +13,14 @@ export interface Asks {
   recentre(): void;
 }
 
-/** Of slosh protection, (s^3/m^2) as the weight: a press goes to the next one. */
+/** Levels of slosh protection, in the weight's unit (s^3/m^2): a press selects the next one. */
 const LEVELS = [0, 0.3, 1, 3, 10, 20];
-/** Demonstrations that have room. */
+/** Demonstrations that fit. */
 const SHOWN = 6;
 
 type Add = (row: string, label: string, on: boolean, act: () => void) => void;
 
-/** What the page's panel of episodes offers, as far as it can be said without words. */
+/** What the page's episode panel offers, as far as it needs no text. */
 function addEpisode({ welcome, state }: Session, add: Add, { command }: Asks): void {
   if (!welcome || !state) return;
   const { running, number, kept, success } = state.episode;
@@ -35,7 +35,7 @@ function addEpisode({ welcome, state }: Session, add: Add, { command }: Asks): v
   add(row, 'Discard', false, () => command('episode', { text: 'discard' }));
 }
 
-/** Row by row; what cannot be asked for now is not there. */
+/** Row by row, without items that are not available now. */
 export function itemsOf(session: Session, asks: Asks): Item[] {
   const { welcome, state } = session;
   if (!welcome || !state || session.past || !session.mayTake) return [];

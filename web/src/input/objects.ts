@@ -5,18 +5,20 @@ import type { Stage } from '../scene/stage';
 import type { Session } from '../session';
 import type { Drag } from './drag';
 
-/** s, between two places that the server is told while an object is dragged. */
+/** s, between two positions sent to the server while an object is dragged. */
 const TELL_EVERY = 0.05;
-/** Of a box that is added, m, and where. */
+/** Of an added box: size, m, and position. */
 const SIZE = 0.2, BESIDE = new THREE.Vector3(0.45, 0.45, 0.1);
-/** m from the base: up to where objects are dragged. A pointer near the horizon is on the floor a mile away, or before the camera. */
+/**
+ * m from the base, the limit for dragging. A pointer near the horizon meets the floor far away, or behind the camera.
+ */
 const FURTHEST = 2;
 
-/** What the server takes back of what it tells; it refuses every other member, and whoever goes on sending them. */
+/** The members of an object that the server accepts back; it refuses others, and clients that keep sending them. */
 const TAKEN = ['shape', 'radius', 'length', 'size', 'rounding', 'margin'];
 const shapeOf = (object: CellObject) => Object.fromEntries(Object.entries(object).filter(([member]) => TAKEN.includes(member)));
 
-/** What stands around the arm, moved over the floor by mouse and touch: by who has the arm, or may take it. */
+/** Obstacles, moved over the floor by mouse and touch if this client has control, or may take it. */
 export class Objects {
   readonly #ray = new THREE.Raycaster();
   readonly #pointer = new THREE.Vector2();
@@ -25,7 +27,7 @@ export class Objects {
   readonly #to = new THREE.Vector3();
   readonly #start = new THREE.Vector3();
   #held: CellObject | null = null;
-  /** Of the mouse or finger that holds it. */
+  /** Of the mouse or finger that drags it. */
   #pointerId = 0;
   #last = '';
   #toldAt = 0;
@@ -33,17 +35,17 @@ export class Objects {
 
   constructor(private readonly stage: Stage, private readonly drag: Drag, private readonly session: Session,
               private readonly connection: Connection, canvas: HTMLCanvasElement, private readonly takeLease: () => void) {
-    // Before the camera's own listener, which must not turn the view with it.
+    // Before the camera's listener, which must not turn the view as well.
     canvas.addEventListener('pointerdown', (event) => this.#grab(event, canvas), { capture: true });
     addEventListener('pointermove', (event) => this.#move(event, canvas));
     for (const end of ['pointerup', 'pointercancel'] as const) addEventListener(end, (event) => { if (event.pointerId === this.#pointerId) this.#release(); });
     addEventListener('blur', () => this.#release());
   }
 
-  /** The one that the tool carries, or else that was added or dragged last and is still there; empty: none. */
+  /** The object that the tool carries; otherwise the last added or dragged one that still exists; empty: none. */
   get chosen(): string { return this.stage.surroundings.carriedOr(this.#last); }
 
-  /** The tool carries one. */
+  /** The tool carries an object. */
   get carries(): boolean { return this.stage.surroundings.carriedOr('') !== ''; }
 
   get #may(): boolean { return this.session.mayTake && !this.session.past; }
@@ -57,7 +59,7 @@ export class Objects {
     this.#tell(this.#last, { shape: 'box', size: [SIZE, SIZE, SIZE], rounding: 0.005, p: [BESIDE.x, BESIDE.y, BESIDE.z], q: [0, 0, 0, 1] });
   }
 
-  /** The tool takes the one that was added or dragged last, or lets go of what it has. */
+  /** The tool takes the last added or dragged object, or releases the one it has. */
   carry(): void {
     if (!this.#may) return;
     const carried = this.stage.surroundings.objects.find((object) => object.attached);
@@ -67,14 +69,14 @@ export class Objects {
     this.connection.send({ type: 'request', kind: carried ? 'detach' : 'attach', text });
   }
 
-  /** The one that was added or dragged last. */
+  /** Removes the last added or dragged object. */
   remove(): void {
     if (!this.#may || !this.#last) return;
     this.#tell(this.#last, null);
     this.#last = '';
   }
 
-  /** Every frame: the held one stays under the pointer, whatever the server has heard. */
+  /** Every frame: the dragged object stays under the pointer, even before the server has its position. */
   draw(): void {
     if (!this.#held) return;
     if (!this.#may) return this.#release();

@@ -1,12 +1,15 @@
 import * as THREE from 'three';
 import type { Board } from './board';
 
-/** m, from where on a ray is not drawn on: it ends at the board. */
+/** m along a ray from which on nothing is drawn: it ends at the board. */
 const THIN = 0.0015;
 
-/** Rays of controllers onto the board: what one is on is chosen, a trigger presses it, and beside the items it takes the board along. */
+/**
+ * Rays of controllers onto the board: the item under a ray is chosen, a trigger presses it; elsewhere the trigger
+ * drags the board.
+ */
 export class Pointer extends THREE.Group {
-  /** A trigger has pressed on the board at some time. */
+  /** A trigger has pressed on the board before. */
   isUsed = false;
   readonly #line = new THREE.Mesh(new THREE.CylinderGeometry(THIN, THIN, 1, 6).rotateX(Math.PI / 2).translate(0, 0, -0.5), new THREE.MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.6 }));
   readonly #from = new THREE.Vector3(); // world frame
@@ -16,7 +19,7 @@ export class Pointer extends THREE.Group {
   readonly #local = new THREE.Vector3();
   readonly #localAlong = new THREE.Vector3();
   readonly #back = new THREE.Quaternion();
-  /** Which hand holds the board, how far away, m, and where it was taken. */
+  /** The hand that drags the board, its distance, m, and the point of the board. */
   #holder: XRHandedness | null = null;
   #away = 0;
   readonly #taken = new THREE.Vector3();
@@ -37,7 +40,7 @@ export class Pointer extends THREE.Group {
     this.#on = this.#pressed = -1;
   }
 
-  /** @param pose of the ray, world frame @param pressed its trigger; @param began it was open a frame ago */
+  /** @param pose of the ray, world frame @param pressed its trigger @param began it was open a frame ago */
   aim(hand: XRHandedness, pose: XRPose, pressed: boolean, began: boolean): void {
     const { position: p, orientation: q } = pose.transform;
     this.#from.set(p.x, p.y, p.z);
@@ -66,14 +69,14 @@ export class Pointer extends THREE.Group {
     }
   }
 
-  /** m from there to the board; null: it is not on that way. Both of the world. */
+  /** m from a point along a direction to the board, world frame; null: not met. */
   distance(from: THREE.Vector3, along: THREE.Vector3): number | null {
     this.#from.copy(from);
     this.#along.copy(along);
     return this.#meet();
   }
 
-  /** m along the ray to the board; null: it passes by. Leaves where it is met in `#hit` and, board's frame, in `#local`. */
+  /** m along the ray to the board; null: not met. Sets `#hit` (world frame) and `#local` (board's frame). */
   #meet(): number | null {
     this.board.worldToLocal(this.#local.copy(this.#from));
     this.#localAlong.copy(this.#along).applyQuaternion(this.#back.copy(this.board.quaternion).invert());

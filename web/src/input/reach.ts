@@ -1,29 +1,37 @@
 import * as THREE from 'three';
 import type { StateMessage } from '../protocol';
 
-/** m/s of the hand: half of what is taken for a jump. A busy browser tells of a mouse's whole way at once. */
+/** m/s of the hand: half of what counts as a jump. A busy browser reports a mouse's whole motion at once. */
 const FASTEST = 3;
-/** s, of a pause that the hand makes up for. */
+/** s, of a pause that the hand catches up. */
 const PAUSE = 0.05;
-/** s after a grip in which the target follows by growing shares of the hand's motion (kLiveRamp), and the least share that is reckoned with. */
+/**
+ * s after engaging in which the target follows growing shares of the hand's motion (kLiveRamp), and the least share
+ * assumed.
+ */
 const RAMP = 0.5, LEAST_SHARE = 0.1;
-/** s, of the server's clock, for which the hand has been where it should: then the state tells of it, and what was left behind is made up for. */
+/**
+ * s, of the server's clock: after the hand was in place for so long, the state reflects it, and the remaining error is
+ * corrected.
+ */
 const SETTLED = 0.4;
-/** m, that the target may be from the handle. */
+/** m, tolerated from the target to the handle. */
 const NEAR = 5e-4;
 
-/** Moves the hand so that the target comes to a handle, although the server follows a new grip slowly and may lose one. */
+/**
+ * Moves the hand so that the target reaches a handle, although the server ramps up a new engagement and may lose one.
+ */
 export class Reach {
-  /** m of the tool, that the hand has moved since the grip; base frame. */
+  /** m of the tool, that the hand has moved since it engaged; base frame. */
   readonly shift = new THREE.Vector3();
   readonly #from = new THREE.Vector3();
-  /** What of `shift` the target followed, from `#from`. */
+  /** The part of `shift` that the target followed, from `#from`. */
   readonly #followed = new THREE.Vector3();
   readonly #left = new THREE.Vector3();
   #toldAt = 0; // s
-  /** s, of the server's clock, of the news when the hand was not yet where it should be: old news call for nothing. */
+  /** s, of the server's clock, of the last state while the hand was not in place: older states cause no correction. */
   #awayAt = Infinity;
-  /** s, when the grip began that the arm follows; NaN: it was lost. */
+  /** s, start of the engagement that the arm follows; NaN: it was lost. */
   #grippedAt = NaN;
   #followsHand = false;
 
@@ -36,7 +44,7 @@ export class Reach {
     this.#followsHand = false;
   }
 
-  /** @param handle where the target is wanted @param scale m of the tool for each of the hand */
+  /** @param handle wanted position of the target @param scale m of the tool for each m of the hand */
   toward(handle: THREE.Vector3, state: Pick<StateMessage, 'now_s' | 'state' | 'leader' | 'target'>, scale: number, now: number): void {
     const passed = Math.min(now - this.#toldAt, PAUSE);
     this.#toldAt = now;

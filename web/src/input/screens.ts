@@ -2,12 +2,12 @@ import * as THREE from 'three';
 import type { CameraView } from '../camera_view';
 import { Words } from './board';
 
-/** m: of the board's width, which all screens share, and of the space between them. */
+/** m: the board's width, shared by all screens, and the gap between them. */
 const ALL = 0.72, GAP = 0.02;
-/** m, of a screen at most. */
+/** m, largest width of a screen. */
 const WIDEST = 0.5;
 
-/** What a camera sees, in the headset. */
+/** A camera's image, in the headset. */
 class Screen extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
   readonly words: Words;
   #shown = -1;
@@ -23,7 +23,7 @@ class Screen extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
     this.add(this.words);
   }
 
-  /** The texture is uploaded where another picture was drawn. */
+  /** Uploads the texture if another image was drawn. */
   update(): void {
     const { view } = this, { map } = this.material;
     if (view.drawn !== this.#shown) map!.needsUpdate = true;
@@ -39,21 +39,21 @@ class Screen extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
   }
 }
 
-/** The cameras above the board, side by side; they go with it. */
+/** The cameras' images in a row above the board; they move with it. */
 export class Screens extends THREE.Group {
   #of: readonly CameraView[] = [];
   readonly screens: Screen[] = [];
 
-  /** @param bottom m, where they stand */
+  /** @param bottom m, their lower edge */
   constructor(private readonly bottom: number) { super(); }
 
-  /** @param views those of the page, another list where the cameras are others */
+  /** @param views those of the page; another list if the cameras change */
   update(views: readonly CameraView[]): void {
     if (views !== this.#of) this.#build(views);
     for (const screen of this.screens) screen.update();
   }
 
-  /** Names, and what became of a camera. */
+  /** Names, and the status of each camera. */
   write(): void {
     for (const { view, words } of this.screens) words.say([view.ended ? `${view.facts.name}: ended` : view.facts.name]);
   }
@@ -68,6 +68,6 @@ export class Screens extends THREE.Group {
       screen.position.set((width + GAP) * (i - (views.length - 1) / 2), this.bottom + screen.words.geometry.parameters.height + height / 2, 0);
       return screen;
     }));
-    if (this.screens.length > 0) this.add(...this.screens); // three.js complains of none
+    if (this.screens.length > 0) this.add(...this.screens); // three.js reports an error for none
   }
 }

@@ -15,37 +15,37 @@ import { itemsOf, type Asks } from './menu';
 import { Pointer } from './pointer';
 import { Screens } from './screens';
 
-/** Hz, asked of the headset: more pictures would leave too little time for each. */
+/** Hz, requested from the headset: at a higher rate each frame has too little time. */
 const RATE = 72;
-/** s: what a device predicts further ahead than this is no time that it means. */
+/** s: a longer prediction by the device is not a valid time. */
 const LEAD_MAX = 0.1;
 
-/** Labels of an emulated headset, to those of a real one. */
+/** Size of an emulated headset's labels, relative to those of a real one. */
 const ON_SCREEN = 1.5;
 
-/** What the operator may ask for in the headset. */
+/** What the operator may request in the headset. */
 export interface Acts {
-  /** True: that took the lease. */
+  /** True: that took control. */
   wantLease(): boolean;
   stop(): void;
   reset(): void;
   command: Asks['command'];
 }
 
-/** What the headset said last of the hand. */
+/** The headset's last report of the hand. */
 interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; lead: number; at: number }
 
 /**
- * A headset: the grip of either controller leads the arm, and the one that has it keeps it; B or Y of any stops, a thumbstick scales up and
- * down, chooses on the board to either side, and pressed resets, or presses what it chose; A or X makes where the operator looks forward,
- * without which nothing is led; a trigger presses what its ray is on, or moves the board, and that of
- * the controller that leads lets the glass pour.
+ * A headset. The grip of either controller engages, and that controller keeps the arm. B or Y of either stops. A
+ * thumbstick scales up and down, and chooses on the board to either side; pressed, it resets, or presses the chosen
+ * item. A or X sets forward to where the operator looks; the arm moves only after that. A trigger presses what its ray
+ * is on, or moves the board; that of the engaged controller tilts the glass to pour.
  */
 export class Headset {
-  /** The page itself emulates it. */
+  /** Emulated by the page itself. */
   simulated = false;
   session: XRSession | null = null;
-  /** Of that session. */
+  /** Of the current session. */
   mode: 'immersive-vr' | 'immersive-ar' | null = null;
   readonly board = new Board();
   /** The session's cameras. */
@@ -58,18 +58,18 @@ export class Headset {
   readonly #buttons = new Buttons();
   /** Of the controller that has the hand. */
   #handedness: XRHandedness = 'none';
-  /** Where forward is, since the origin moved last. */
+  /** Forward was set after the origin last moved. */
   #isForwardKnown = false;
   /** Pressed on the board. */
   #wantsForward = false;
-  /** Somebody has chosen a scale; until then the hand's own is the glass's. */
+  /** The operator has chosen a scale; until then the hand's motion is the glass's. */
   #isScaled = false;
   /** Scale and heading from before this session changed them. */
   #before: { scale: number; yaw: number } | null = null;
   #scaleAt = 0;
   #chooseAt = 0;
   #constrained = false;
-  /** rad, to which the tilt goes back after pouring; null: nothing is poured. */
+  /** rad, tilt after pouring; null: not pouring. */
   #tiltAfter: number | null = null;
   #wroteAt = 0;
   #meansBefore: Means = ON_PAGE;
@@ -112,7 +112,7 @@ export class Headset {
   }
 
   async enter(mode: 'immersive-vr' | 'immersive-ar'): Promise<void> {
-    // Without `layers` some browsers have the projection layer that three.js draws to, but no pictures behind it.
+    // Without `layers` some browsers have the projection layer that three.js draws to, but no camera image behind it.
     const session = await navigator.xr!.requestSession(mode, { optionalFeatures: ['local-floor', 'layers'] });
     const { xr } = this.stage.renderer;
     if (this.stage.vrShare < 1) xr.setFramebufferScaleFactor(this.stage.vrShare);
@@ -125,7 +125,7 @@ export class Headset {
     this.session = session;
     this.mode = mode;
     this.#meansBefore = this.facts.means;
-    this.facts.hint('', -Infinity); // what was told of the page, or of the last time
+    this.facts.hint('', -Infinity); // removes hints from the page or an earlier session
     session.addEventListener('end', () => this.#left());
     session.addEventListener('visibilitychange', () => { if (session.visibilityState !== 'visible') this.#letGo(); });
     xr.getReferenceSpace()?.addEventListener('reset', () => this.#recentred());
@@ -149,7 +149,7 @@ export class Headset {
     this.onChange();
   }
 
-  /** The page's own ways in move the arm as they did before. */
+  /** Restores scale and heading for the page's input devices. */
   #restore(): void {
     const { facts } = this, before = this.#before;
     this.#before = null;
@@ -159,33 +159,33 @@ export class Headset {
     facts.hint('Scale and heading are as they were before VR.', performance.now() / 1000);
   }
 
-  /** What is about to change it. */
+  /** Keeps scale and heading before they change. */
   #remember(): void {
     const controls = this.facts.state?.controls;
     if (controls) this.#before ??= { scale: controls.scale, yaw: controls.yaw };
   }
 
-  /** Whatever is held now must be opened first. */
+  /** A button that is held now must be released before it counts again. */
   #letGo(): void {
     this.hand.release('headset');
     this.#pour(false);
     this.#buttons.forget();
   }
 
-  /** Poses before and after have nothing to do with each other, and nobody knows where forward is. */
+  /** Poses before and after are unrelated, and forward is unknown. */
   #recentred(): void {
     this.#letGo();
     this.#isForwardKnown = false;
     this.#advise();
   }
 
-  /** One first step at a time, on the board and on the page beside it. */
+  /** One first step at a time, on the board and on the page. */
   #advise(): void {
     const lead = this.simulated ? 'Look forward, and press F (in a headset: press A).' : 'Look forward, and press A.', means = this.simulated ? IN_EMULATOR : IN_HEADSET;
     this.facts.means = this.#isForwardKnown ? means : { ...means, lead, takeOver: lead, again: lead };
   }
 
-  /** Every frame of the headset. @param cameras what they see, drawn */
+  /** Every frame of the headset. @param cameras their images, drawn */
   update(frame: XRFrame | undefined, now: number, cameras: readonly CameraView[]): void {
     const { session } = this;
     if (!session || !frame) return;
@@ -216,12 +216,12 @@ export class Headset {
       this.#scale(source.gamepad!.axes[3] ?? 0, now);
       if (source.handedness === this.#handedness) leading = source;
     }
-    const grips = this.facts.hasGripper; // then the trigger closes it, and pours nothing
+    const grips = this.facts.hasGripper; // then the trigger closes it and does not pour
     if (grips && leading && this.hand.source === 'headset') this.hand.gripper = leading.gamepad!.buttons[TRIGGER]?.value ?? 0;
     const pulled = !grips && leading !== undefined && (this.#tiltAfter === null ? this.#buttons.began(leading, TRIGGER) : this.#buttons.isPressed(leading, TRIGGER));
     this.#pour(pulled && this.hand.source === 'headset');
     if (this.hand.source !== 'headset') return;
-    // Switched off, or put down: that is no letting go. The server hears that there is no pose.
+    // The controller is switched off or put down: this is no release. The server gets a sample without a pose.
     if (!leading) return this.#report(null, 0, now);
     if (!this.#buttons.isPressed(leading, GRIP)) return this.hand.release('headset');
     const lead = (frame.predictedDisplayTime ?? 0) / 1000 - now;
@@ -229,13 +229,13 @@ export class Headset {
     this.#pulse(leading);
   }
 
-  /** Pressed the stick resets where that is due; else it presses what it chose. */
+  /** A pressed stick resets if a reset is due; otherwise it presses the item it chose. */
   #pressStick(): void {
     if (this.facts.mayReset) return this.acts.reset();
     this.board.items[this.board.chosen]?.act();
   }
 
-  /** Rays and sticks on the board; the controller that leads the arm is left to it. */
+  /** Rays and sticks on the board; the controller that moves the arm is not used there. */
   #point(session: XRSession, frame: XRFrame, space: XRReferenceSpace, now: number): void {
     this.#pointer.begin();
     for (const source of session.inputSources) {
@@ -265,7 +265,7 @@ export class Headset {
     this.guide.used('lead');
   }
 
-  /** From pulling the trigger in a grip until it or the grip opens the glass leans as the hand does. */
+  /** From a pull of the trigger while engaged until it or the grip is released, the glass tilts with the hand. */
   #pour(wanted: boolean): void {
     const tilt = this.facts.state?.controls.tilt;
     if (wanted === (this.#tiltAfter !== null) || tilt === undefined) return;
@@ -293,13 +293,13 @@ export class Headset {
     this.hand.report('headset', known ? pose : null, guessed, lead);
   }
 
-  /** Between frames: an emulated hand is where it was, however slowly its picture is drawn. A real one may be anywhere. */
+  /** Between frames: an emulated hand keeps its pose, however slow the drawing is. A real one may be anywhere. */
   repeat(now: number): void {
     if (!this.simulated || !this.session || this.hand.source !== 'headset' || now - this.#last.at < 0.03) return;
     this.#tell();
   }
 
-  /** With the lease, and an end to a recording that leads: whose forward it is leads. */
+  /** Takes control, and ends a playback: forward is that of the operator. */
   #setForward(frame: XRFrame, space: XRReferenceSpace): void {
     const viewer = frame.getViewerPose(space);
     this.#wantsForward = false;
@@ -343,7 +343,7 @@ export class Headset {
     recentre: () => { this.#wantsForward = true; },
   };
 
-  /** What the person must see wherever they look. */
+  /** Warnings that the operator must see wherever they look. */
   #lost(live: boolean): string[] {
     if (!live) return ['No connection: the arm may move'];
     if (this.hand.source !== 'headset' || (this.#last.known && !this.#last.guessed)) return [];
@@ -369,7 +369,7 @@ export class Headset {
       live ? itemsOf(facts, this.#asks) : []);
     this.guide.notice.say(this.#lost(live));
     this.screens.write();
-    // It turns to whoever looks.
+    // Turns to the eye.
     this.stage.renderer.xr.getCamera().getWorldPosition(this.#eye);
     this.board.lookAt(this.#eye);
   }
