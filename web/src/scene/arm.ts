@@ -7,10 +7,10 @@ import { Gripper } from './gripper';
 
 const CALM = new THREE.Color(0x8fa0b2);
 const LIT = new THREE.Color(0xe0a100);
-/** m; a pair that is closer is shown even if the other bodies are not. */
+/** m; a closer pair is shown even if the other bodies are hidden. */
 const CLOSE = 0.006;
 
-/** A soap bubble: strong at the edge, so that what is inside stays to be seen. */
+/** A soap bubble: strong at the edge, so that its inside stays visible. */
 class Bubble extends THREE.ShaderMaterial {
   constructor() {
     super({
@@ -41,7 +41,7 @@ void main() {
   }
 }
 
-/** A plain gripper from the flange to the glass, so that it does not float. */
+/** A plain gripper from the flange to the glass, so that the glass does not float. */
 function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
   const group = new THREE.Group();
   const radius = glass.radius + WALL, reach = tool.position.length() - radius;
@@ -56,16 +56,16 @@ function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
     group.add(finger);
   }
   group.traverse((part) => { part.castShadow = true; });
-  // y along the way to the glass, z along the glass: the fingers stand at its sides.
+  // y along the way to the glass, z along the glass: the fingers are at its sides.
   const y = tool.position.clone().normalize();
   const x = y.clone().cross(new THREE.Vector3(0, 0, 1).applyQuaternion(tool.quaternion)).normalize();
   group.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(x, y, x.clone().cross(y)));
   return group;
 }
 
-/** The arm as `describe` says it is: a frame for each link, meshes and collision bodies hung into them. */
+/** The arm from `describe`: a frame for each link, with meshes and collision bodies attached. */
 export class Arm extends THREE.Group {
-  /** Of the controlled frame; the glass hangs here. */
+  /** The controlled frame; the glass is attached here. */
   readonly tool = new THREE.Group();
   /** null: the tool holds a glass. */
   readonly gripper: Gripper | null;
@@ -75,7 +75,7 @@ export class Arm extends THREE.Group {
   readonly #bodies: THREE.Mesh<THREE.BufferGeometry, Bubble>[] = [];
   readonly #materials = new Set<THREE.Material>();
   #bodiesShown = false;
-  /** The bodies stand for meshes that are not there yet. */
+  /** The collision bodies are drawn while the meshes are not loaded. */
   #waits = false;
   readonly #nearest: [number, number] = [-1, -1];
   readonly #mount = new THREE.Matrix4();
@@ -115,15 +115,15 @@ export class Arm extends THREE.Group {
   }
 
   /**
-   * The mesh of the robot's name, if the server has one; without it the bodies stand for the arm.
-   * @param coarse for a processor that draws
+   * Loads the mesh with the robot's name, if the server has one; otherwise the collision bodies are drawn.
+   * @param coarse for software rendering
    */
   async loadMeshes(url: string, coarse: boolean): Promise<boolean> {
     this.#waits = true;
     this.#paintBodies();
     try {
       const gltf = await new GLTFLoader().loadAsync(url);
-      if (coarse) await import('./coarse').then(({ coarsen }) => coarsen(gltf.scene)).catch(() => {}); // a browser without WebAssembly
+      if (coarse) await import('./coarse').then(({ coarsen }) => coarsen(gltf.scene)).catch(() => {}); // fails in a browser without WebAssembly
       this.#links.forEach((link, k) => {
         const node = gltf.scene.getObjectByName(`link${k}`);
         if (!node) return;
@@ -133,7 +133,7 @@ export class Arm extends THREE.Group {
           if (part instanceof THREE.Mesh) for (const material of [part.material].flat() as THREE.Material[]) this.#materials.add(material);
         });
         if (k === 0) node.applyMatrix4(this.#mount);
-        node.traverse((part) => { // moves with its link, and by itself never
+        node.traverse((part) => { // moves only with its link
           part.updateMatrix();
           part.matrixAutoUpdate = false;
         });
@@ -150,7 +150,7 @@ export class Arm extends THREE.Group {
     }
   }
 
-  /** Of one colour, and translucent: what is not the arm itself. */
+  /** One translucent colour: this is not the arm itself. */
   lookThrough(color: number): void {
     const material = new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.3, roughness: 0.6, depthWrite: false });
     this.traverse((part) => {
@@ -160,10 +160,10 @@ export class Arm extends THREE.Group {
     });
   }
 
-  /** Bodies that the arm is planned with, seen or not: what stands before something is asked of them. */
+  /** The collision bodies that the arm is planned with, visible or not; also used to test what the arm hides. */
   get bodies(): readonly THREE.Mesh[] { return this.#bodies; }
 
-  /** @param opacity of the meshes, 1: as they are */
+  /** @param opacity of the meshes; 1: unchanged */
   setOpacity(opacity: number): void {
     for (const material of this.#materials) {
       material.opacity = opacity;
@@ -184,7 +184,7 @@ export class Arm extends THREE.Group {
     this.#paintBodies();
   }
 
-  /** Lights the nearest pair: always when it holds the arm back or is about to touch. */
+  /** Highlights the nearest pair: always when it is an active constraint or nearly touches. */
   nearestPair(pair: [number, number], clearance: number, active: boolean): void {
     const shown = this.#bodiesShown || active || clearance < CLOSE;
     const first = shown ? pair[0] : -1, second = shown ? pair[1] : -1;

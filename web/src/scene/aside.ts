@@ -1,14 +1,14 @@
 import * as THREE from 'three';
 
-/** As the canvas: three.js gives what it draws for a headset tones and colours of the screen, and only that. */
+/** Marked as a headset's target: three.js applies the screen's tones and colours to no other target. */
 function target(samples: number): THREE.WebGLRenderTarget {
   const made = Object.assign(new THREE.WebGLRenderTarget(1, 1, { samples, resolveDepthBuffer: false }), { isXRRenderTarget: true });
   made.texture.colorSpace = THREE.SRGBColorSpace;
-  made.texture.internalFormat = 'RGBA8'; // its colours are the screen's when they are written
+  made.texture.internalFormat = 'RGBA8'; // colours are already the screen's when written
   return made;
 }
 
-/** From colours that are multiplied with their alpha, as WebGL has them, to those of ImageData, which are not. */
+/** Converts from premultiplied alpha (WebGL) to straight alpha (ImageData). */
 function divideByAlpha({ data }: ImageData): void {
   for (let i = 0; i < data.length; i += 4) {
     const alpha = data[i + 3]!;
@@ -18,20 +18,21 @@ function divideByAlpha({ data }: ImageData): void {
 }
 
 /**
- * A picture that is drawn beside the canvas, and shown through it once it is done. Where the processor draws, the browser reads back what
- * is drawn on a WebGL canvas, and the page waits for as long as that takes: keys and pointers with it. It reads a buffer without waiting.
+ * Draws a picture next to the canvas and shows it when it is complete. With software rendering, the browser reads back
+ * what is drawn on a WebGL canvas, and the page, with keys and pointers, waits for that. A buffer is read without
+ * waiting.
  */
 export class Aside {
   readonly #usual = target(0);
-  /** Without steps at its edges, which takes a processor twice the time. */
+  /** Antialiased, which takes a processor twice the time. */
   readonly #sharp = target(4);
-  /** The emulated headset wipes, before each of its frames, what is bound then: this in place of the canvas. */
+  /** The emulated headset clears the bound target before each of its frames: this one, not the canvas. */
   readonly #nothing = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false });
   readonly #size = new THREE.Vector2();
   readonly #shown = Object.assign(document.createElement('canvas'), { className: 'picture' });
   readonly #context: CanvasRenderingContext2D;
   #pixels = new ImageData(1, 1);
-  /** Of the picture that is being drawn: others come too late. */
+  /** Of the picture that is being drawn: earlier ones are dropped. */
   #number = 0;
   #draws = false;
 
@@ -40,10 +41,13 @@ export class Aside {
     this.#context = this.#shown.getContext('2d')!;
   }
 
-  /** A picture is on its way. */
+  /** A picture is being drawn. */
   get draws(): boolean { return this.#draws; }
 
-  /** Begins a picture. @param ratio of its pixels to those of the page; null: as many as the canvas has, which a headset has set */
+  /**
+   * Starts a picture.
+   * @param ratio of its pixels to those of the page; null: as many as the canvas has, set by a headset
+   */
   draw(scene: THREE.Scene, camera: THREE.Camera, ratio: number | null, sharp = false): void {
     const { renderer } = this, gl = renderer.getContext(), drawn = sharp ? this.#sharp : this.#usual;
     if (ratio === null) this.#size.set(gl.drawingBufferWidth, gl.drawingBufferHeight);
@@ -58,7 +62,7 @@ export class Aside {
     const number = ++this.#number, pixels = this.#pixels;
     renderer.readRenderTargetPixelsAsync(drawn, 0, 0, width, height, pixels.data).then(
       () => { if (number === this.#number) this.#show(pixels); },
-      () => { if (number === this.#number) this.#draws = false; }); // the graphics context is lost: the next one draws anew
+      () => { if (number === this.#number) this.#draws = false; }); // the graphics context is lost: the next call draws again
   }
 
   #show(pixels: ImageData): void {
@@ -67,13 +71,13 @@ export class Aside {
     divideByAlpha(pixels);
     if (shown.width !== width || shown.height !== height) Object.assign(shown, { width, height });
     this.#context.putImageData(pixels, 0, 0);
-    if (shown.nextSibling !== canvas) canvas.before(shown); // an emulated headset takes the canvas elsewhere
+    if (shown.nextSibling !== canvas) canvas.before(shown); // an emulated headset moves the canvas
   }
 
   /** At the end of a frame of the emulated headset. */
   keepCanvas(): void { this.renderer.setRenderTarget(this.#nothing); }
 
-  /** What is drawn on the canvas itself is seen again. */
+  /** Shows the canvas itself again. */
   drop(): void {
     ++this.#number;
     this.#draws = false;

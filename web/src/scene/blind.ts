@@ -1,6 +1,6 @@
 import * as THREE from 'three';
 
-/** What stands in for a renderer where the browser has no WebGL: nothing is drawn, everything else goes on. */
+/** Replaces the renderer in a browser without WebGL: nothing is drawn, everything else works. */
 export function blindRenderer(canvas: HTMLCanvasElement): THREE.WebGLRenderer {
   const nothing = (): void => undefined;
   return {

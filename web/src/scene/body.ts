@@ -4,13 +4,13 @@ import type { Body } from '../protocol';
 
 const QUARTER = Math.PI / 2;
 
-/** Of the four rows of a pose. */
+/** From the four rows of a pose. */
 export function toMatrix(rows: number[][]): THREE.Matrix4 {
   const r = rows.flat() as Parameters<THREE.Matrix4['set']>;
   return new THREE.Matrix4().set(...r);
 }
 
-/** The surface of a body in its own frame, in which capsules and cylinders lie along z (in three.js along y). */
+/** The surface of a body in its own frame, where capsules and cylinders lie along z (in three.js along y). */
 export function geometryOf(body: Body): THREE.BufferGeometry {
   switch (body.shape) {
     case 'sphere': return new THREE.SphereGeometry(body.radius, 32, 20);

@@ -1,14 +1,14 @@
 import { MeshoptSimplifier } from 'meshoptimizer/simplifier';
 import * as THREE from 'three';
 
-/** m, that a surface may lie elsewhere. */
+/** m, largest error of a surface. */
 const OFF = 0.001;
-/** Cosine of the angle between two triangles from which their light does not flow together: 35 degrees. */
+/** Cosine of the angle between two triangles above which their edge stays sharp: 35 degrees. */
 const EDGE = 0.82;
 
 /**
- * Meshes for a processor that draws: a sixth of the triangles, and light that is computed in a simpler way. Where it fails they stay as
- * they are.
+ * Meshes for software rendering: a sixth of the triangles, and a simpler lighting model. If it fails the meshes stay
+ * unchanged.
  */
 export async function coarsen(root: THREE.Object3D): Promise<void> {
   await MeshoptSimplifier.ready;
@@ -20,24 +20,24 @@ export async function coarsen(root: THREE.Object3D): Promise<void> {
     const shiny = part.material as THREE.MeshStandardMaterial;
     if (!matte.has(shiny)) matte.set(shiny, new THREE.MeshLambertMaterial({ color: shiny.color.clone().multiplyScalar(1 - shiny.metalness) }));
     part.material = matte.get(shiny)!;
-    await new Promise((go) => setTimeout(go)); // keys and messages come in between
+    await new Promise((go) => setTimeout(go)); // keys and messages are handled in between
   }
 }
 
-/** @param off as far as a surface may go, in the geometry's own unit */
+/** @param off largest error of the surface, in the geometry's unit */
 function thin(geometry: THREE.BufferGeometry, off: number): void {
   const { index, attributes: { position: place } } = geometry;
   if (!index || !place) return;
   const places = new Float32Array(3 * place.count);
   for (let i = 0; i < place.count; ++i) places.set([place.getX(i), place.getY(i), place.getZ(i)], 3 * i);
-  const same = MeshoptSimplifier.generatePositionRemap(places, 3); // the first of those that are in one place
+  const same = MeshoptSimplifier.generatePositionRemap(places, 3); // index of the first of the vertices in one place
   const [corners] = MeshoptSimplifier.simplify(Uint32Array.from(index.array, (i) => same[i]!), places, 3, 0, off, ['ErrorAbsolute', 'Permissive']);
   light(geometry, places, corners);
 }
 
 /**
- * Sets these corners of triangles, each with the mean normal of the triangles around it, weighted by area, but for those beyond an edge:
- * the normals of a finer mesh would look like dents.
+ * Sets these corners of triangles. Each gets the mean normal of the triangles around it, weighted by area, without
+ * those beyond a sharp edge. The normals of a finer mesh would look like dents.
  */
 function light(geometry: THREE.BufferGeometry, places: Float32Array, corners: Uint32Array): void {
   const at = (i: number): THREE.Vector3 => new THREE.Vector3().fromArray(places, 3 * i);

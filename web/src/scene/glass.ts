@@ -3,19 +3,19 @@ import type { GlassSize } from '../protocol';
 import { circle } from './circle';
 import { Gripper } from './gripper';
 
-/** m, thickness of the glass that is drawn around what the server tells of its inside. */
+/** m, thickness of the wall drawn around the inside, whose size the server sends. */
 export const WALL = 0.0025;
 
-/** m of liquid, of which nothing is to be seen. */
+/** m of liquid that is too thin to be seen. */
 const FILM = 5e-4;
 
 const SIDES = 40;
 const { cos, sin } = circle(SIDES);
 
-/** A cylinder whose top is a plane that tilts; the vertices move, nothing is made anew. */
+/** A cylinder whose top is a plane that tilts; the vertices move, nothing is allocated. */
 class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMaterial> {
   #size: GlassSize = { radius: 0, height: 0, fill: 0 };
-  /** m, that it stands higher at the wall along x and y, and of its middle: what of a wave can be seen. */
+  /** m, rise at the wall along x and y, and of the middle: the visible part of a wave. */
   readonly surface: [number, number, number] = [0, 0, 0];
   readonly #position: THREE.BufferAttribute;
   readonly #normal: THREE.BufferAttribute;
@@ -43,7 +43,7 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
   fit(size: GlassSize): void {
     this.#size = size;
     this.visible = size.fill > FILM;
-    const rows = SIDES + 1, bottom = -size.height / 2, r = size.radius - 0.0005; // or it would shine through the wall
+    const rows = SIDES + 1, bottom = -size.height / 2, r = size.radius - 0.0005; // more would shine through the wall
     for (let i = 0; i < rows; ++i) {
       for (const row of [0, rows, 2 * rows]) this.#position.setXYZ(row + i, r * cos[i]!, r * sin[i]!, bottom);
       for (const row of [0, rows]) this.#normal.setXYZ(row + i, cos[i]!, sin[i]!, 0);
@@ -83,13 +83,13 @@ function shell({ radius: r, height: h }: GlassSize): THREE.BufferGeometry {
   return lathe.rotateX(Math.PI / 2); // its axis along z
 }
 
-/** Puts a new shape in a mesh's old one's place. */
+/** Replaces a mesh's shape by a new one. */
 function reshape(mesh: THREE.Mesh, geometry: THREE.BufferGeometry): void {
   mesh.geometry.dispose();
   mesh.geometry = geometry;
 }
 
-/** The glass, axis along z, origin at its centre. Without a shape until the server has told its size. */
+/** The glass, axis along z, origin at its centre. It has no shape until the server has sent its size. */
 export class Glass extends THREE.Group {
   readonly liquid = new LiquidBody();
   size: GlassSize = { radius: 0, height: 0, fill: 0 };
@@ -103,17 +103,17 @@ export class Glass extends THREE.Group {
     super();
     const material = new THREE.MeshPhysicalMaterial({
       color: 0xe6f0f7, roughness: 0.04, metalness: 0, clearcoat: 1, transparent: true, opacity: 0.28, side: THREE.DoubleSide, depthWrite: false,
-      forceSinglePass: true, // two passes have three.js look up the program anew with every frame
+      forceSinglePass: true, // with two passes three.js looks up the program again in every frame
     });
     this.#body = new THREE.Mesh(new THREE.BufferGeometry(), material);
     this.#body.castShadow = true;
     this.#body.renderOrder = 2;
-    // The edges by which an eye knows a glass.
+    // The edges that make a glass recognizable.
     const edge = new THREE.MeshPhysicalMaterial({ color: 0xffffff, roughness: 0.05, clearcoat: 1, transparent: true, opacity: 0.75 });
     this.#rim = new THREE.Mesh(new THREE.BufferGeometry(), edge);
     this.#foot = new THREE.Mesh(new THREE.BufferGeometry(), edge);
     this.#rim.renderOrder = this.#foot.renderOrder = 3;
-    // Where the arm stands before the glass its edges are seen through it; drawn before the liquid, which is no obstacle.
+    // Where the arm hides the glass, its edges are seen through the arm; drawn before the liquid, which hides nothing.
     const through = new THREE.MeshBasicMaterial({ color: 0x6b7886, transparent: true, opacity: 0.45, depthFunc: THREE.GreaterDepth, depthWrite: false });
     this.#behind = [this.#rim, this.#foot].map((edge) => {
       const mesh = new THREE.Mesh(edge.geometry, through);
@@ -131,7 +131,7 @@ export class Glass extends THREE.Group {
     this.liquid.fit(this.size);
   }
 
-  /** Few pixels need wider edges. @param coarseness 1: as the glass is */
+  /** At a low resolution edges must be wider. @param coarseness 1: as wide as the glass */
   thicken(coarseness: number): void {
     if (coarseness === this.#coarseness) return;
     this.#coarseness = coarseness;
@@ -169,21 +169,21 @@ export class Ghost extends THREE.Group {
     this.add(axis.rotateX(Math.PI / 2));
   }
 
-  /** A gripper is wanted there, not a glass; or a glass again. */
+  /** Shows a gripper as the target, or a glass again. */
   showGripper(shown: boolean): void {
     if (shown && !this.#gripper) this.add(this.#gripper = new Gripper(this.#material));
     if (this.#gripper) this.#gripper.visible = shown;
     for (const part of [this.#body, ...this.#rings]) part.visible = !shown;
   }
 
-  /** As of Gripper. @param wanted somewhere else than the tool is: before, it would only tint that */
+  /** See Gripper. @param wanted the target differs from the tool; otherwise the ghost would only tint the tool */
   open(closed: number, wanted: boolean): void {
     if (!this.#gripper || this.#body.visible) return;
     this.#gripper.open(closed);
     this.#gripper.visible = wanted;
   }
 
-  /** As of Glass. */
+  /** See Glass. */
   thicken(coarseness: number): void {
     if (coarseness === this.#coarseness) return;
     this.#coarseness = coarseness;

@@ -1,21 +1,24 @@
 import * as THREE from 'three';
 
-/** m: of a Robotiq 2F-85, from the flange on, as tasks/tools/robotiq_2f85.xml has it. */
+/** m: a Robotiq 2F-85, from the flange, with the values of tasks/tools/robotiq_2f85.xml. */
 const PADS = 0.143, KNUCKLE = { y: 0.0306, z: 0.0549 }, LINK = { y: 0.0376, z: 0.043 }, CLOSED = 0.8;
 const DARK = 0x4a525c, GREY = 0x6e7884, PAD = 0x15181c;
 
-/** A gripper whose fingers stand as far apart as was measured. Hangs in the frame between its pads: z back to the flange, y the way they close. */
+/**
+ * A gripper with its fingers at the measured opening. Its frame is between the pads: z back to the flange, y the way
+ * they close.
+ */
 export class Gripper extends THREE.Group {
   readonly #knuckles: THREE.Group[] = [];
   readonly #fingers: THREE.Group[] = [];
   #shown = NaN;
 
-  /** @param material of all of it, where it is but a sign of one */
+  /** @param material of all parts, for a mere symbol of a gripper */
   constructor(material: THREE.Material | null = null) {
     super();
     const paint = (color: number, roughness: number): THREE.Material => material ?? new THREE.MeshStandardMaterial({ color, roughness, metalness: 0.3 });
     const dark = paint(DARK, 0.5), grey = paint(GREY, 0.45), rubber = paint(PAD, 0.9);
-    // From the flange outward along z, as its file has it.
+    // From the flange outward along z, as in its file.
     const body = new THREE.Group();
     body.rotation.x = Math.PI;
     body.position.z = PADS;
@@ -58,7 +61,7 @@ export class Gripper extends THREE.Group {
     for (const finger of this.#fingers) finger.rotation.x = -angle; // the pads stay parallel
   }
 
-  /** m, between the pads; for tests. */
+  /** m, distance between the pads; for tests. */
   get gap(): number {
     const [one, other] = this.#fingers.map((finger) => finger.localToWorld(new THREE.Vector3(0, -0.0252, 0.0324)));
     return one!.distanceTo(other!);

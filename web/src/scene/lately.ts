@@ -1,16 +1,16 @@
 import * as THREE from 'three';
 
-/** s: who presses where something that moves was seen has seen it so long ago at most. */
+/** s: longest delay between seeing a moving object and pressing on it. */
 const LATELY = 0.7;
-/** Of places that are kept: as many as pictures in that time, or fewer. */
+/** Number of places that are kept: about the frames in that time, or fewer. */
 const ROOM = 24;
 
-/** Where something was seen in the pictures of the last moments. */
+/** Where an object was seen in recent frames. */
 export class Lately {
   readonly #places = Array.from({ length: ROOM }, () => ({ at: new THREE.Vector3(), t: -Infinity }));
   #newest = 0;
 
-  /** @param t s, of a picture, in their order; where they come closer than there is room for, it takes the last one's place */
+  /** @param t s, of a frame, in order; frames closer in time than the memory allows replace the last place */
   see(place: THREE.Vector3, t: number): void {
     const last = this.#places[this.#newest]!, before = this.#places[(this.#newest + ROOM - 1) % ROOM]!;
     if (!(last.t - before.t < LATELY / ROOM)) this.#newest = (this.#newest + 1) % ROOM;
@@ -19,7 +19,7 @@ export class Lately {
     newest.t = t;
   }
 
-  /** The newest place for which it is so, if any. @param t s, now */
+  /** Whether the condition holds for a recent place, the newest first. @param t s, now */
   find(is: (place: THREE.Vector3) => boolean, t: number): boolean {
     for (let i = 0; i < ROOM; ++i) {
       const { at, t: seen } = this.#places[(this.#newest + ROOM - i) % ROOM]!;

@@ -1,25 +1,25 @@
-/** How well the scene is drawn: 0 is all of it, each step takes less of the graphics card. */
+/** Drawing quality: 0 is the best, each step needs less of the graphics card. */
 export const COARSEST = 3;
 
-/** s between pictures above which a coarser one is tried: a few of 60 a second may be late. */
+/** s between frames above which a coarser level is tried: a few of 60 a second may be late. */
 const SLOW = 1 / 48;
-/** A step must leave less than this share of the time, or it was not the drawing that took it. */
+/** A step must reduce the time below this share; otherwise drawing was not the cause. */
 const HELPED = 0.8;
-/** s of pictures, and their number, that a judgement takes; whichever comes first, but at least LEAST of them. */
+/** s of frames, and their number, for a decision; whichever comes first, but at least LEAST frames. */
 const SPAN = 2, PICTURES = 40, LEAST = 5;
-/** s; longer between two pictures, the page was hidden or the machine asleep. */
+/** s; a longer time between two frames means that the page was hidden or the machine asleep. */
 const AWAY = 5;
 
 /**
- * Draws as well as 60 pictures a second allow. Judges by medians, so that a hiccup costs nothing, and takes a step back that did
- * not help: browsers that save power draw 30 pictures a second, however small.
+ * Draws as well as 60 frames a second allow. Decides by medians, so that one late frame changes nothing. Reverts a
+ * step that did not help: browsers that save power draw 30 frames a second at any size.
  */
 export class Pace {
   #level: number;
   readonly #times = new Float64Array(PICTURES);
   #count = 0;
   #sum = 0;
-  /** Of the level before, while the one that was stepped to is being judged. */
+  /** Time at the level before, while the new level is being judged. */
   #before: number | null = null;
   #settled = false;
 
@@ -27,7 +27,7 @@ export class Pace {
 
   get level(): number { return this.#level; }
 
-  /** What took the time may have changed: another size, another level. */
+  /** The cause of the time may have changed: another size, another level. */
   restart(level = this.#level): void {
     this.#level = level;
     this.#before = null;
@@ -35,7 +35,7 @@ export class Pace {
     this.#begin();
   }
 
-  /** @param dt s, since the picture before; @returns whether the level has changed */
+  /** @param dt s, since the last frame @returns whether the level has changed */
   take(dt: number): boolean {
     if (this.#settled || dt > AWAY) return false;
     this.#times[this.#count++] = dt;

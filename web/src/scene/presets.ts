@@ -1,6 +1,6 @@
 import type { Vec3 } from '../protocol';
 
-/** From where the scene is seen, and what is in the middle; m, world frame (y up). The first stands behind the operator's shoulder. */
+/** Camera positions and the points they look at; m, world frame (y up). The first is behind the operator's shoulder. */
 export const PRESETS = {
   shoulder: { from: [-1.33, 1.57, -0.37], at: [0.02, 1.09, -0.97] },
   front: { from: [0.1, 1.35, -2.9], at: [0.02, 1.0, -0.85] },

@@ -5,7 +5,7 @@ import { circle } from './circle';
 const SIDES = 6;
 const { cos, sin } = circle(SIDES);
 
-/** A thin tube through points that change with every frame; thicker and stronger where it begins. Nothing is made anew. */
+/** A thin tube through points that change with every frame; thicker and stronger where it begins. Allocates nothing. */
 export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial> {
   readonly capacity: number;
   readonly #points: Float32Array;
@@ -13,7 +13,7 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
   readonly #position: THREE.BufferAttribute;
   readonly #color: THREE.BufferAttribute;
 
-  /** @param thickness m, of its beginning; @param opacity there */
+  /** @param thickness m, at the first point @param opacity there */
   constructor(capacity: number, private readonly thickness: number, protected readonly opacity: number) {
     const geometry = new THREE.BufferGeometry();
     const position = new THREE.BufferAttribute(new Float32Array(capacity * SIDES * 3), 3);
@@ -45,7 +45,7 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
     if (this.#count < this.capacity) this.#put(this.#count++, point);
   }
 
-  /** Before the first; where there is no more room the last one is forgotten. */
+  /** Adds a point before the first; if the capacity is used up, the last one is dropped. */
   prepend(point: Vec3): void {
     this.#points.copyWithin(3, 0, 3 * (this.capacity - 1));
     this.#put(0, point);
@@ -57,25 +57,25 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
     for (let i = 0; i < 3; ++i) this.#points[3 * k + i] = point[i]!;
   }
 
-  /** m. @param rest 1 at the first point, 0 at the last */
+  /** m, radius. @param rest 1 at the first point, 0 at the last */
   protected radius(_k: number, rest: number): number { return this.thickness * (0.25 + 0.75 * rest); }
 
-  /** How much of what is behind it hides. */
+  /** Opacity. */
   protected strength(rest: number): number { return this.opacity * rest; }
 
-  /** Shows the points since begin(). In plain numbers: calls of three.js' vectors would box each of them. */
+  /** Shows the points since begin(). Uses plain numbers: calls of three.js' vectors would box each. */
   end(): void {
     const n = this.#count, p = this.#points, at = this.#position.array, colors = this.#color.array;
     let tx = 0, ty = 0, tz = 1; // along the tube
     for (let k = 0; k < n; ++k) {
       const a = 3 * Math.max(0, k - 1), b = 3 * Math.min(n - 1, k + 1);
       const dx = p[b]! - p[a]!, dy = p[b + 1]! - p[a + 1]!, dz = p[b + 2]! - p[a + 2]!, length = Math.sqrt(dx * dx + dy * dy + dz * dz);
-      if (length > 1e-5) { // where it stands still, as before
+      if (length > 1e-5) { // a point at the same place keeps the last direction
         tx = dx / length;
         ty = dy / length;
         tz = dz / length;
       }
-      // Across it: z x tangent, or x x tangent where it goes up; then tangent x side.
+      // Across the tube: z x tangent, or x x tangent where it is steep; then tangent x side.
       const steep = Math.abs(tz) > 0.95, across = steep ? Math.sqrt(ty * ty + tz * tz) : Math.sqrt(tx * tx + ty * ty);
       const sx = steep ? 0 : -ty / across, sy = (steep ? -tz : tx) / across, sz = steep ? ty / across : 0;
       const ux = ty * sz - tz * sy, uy = tz * sx - tx * sz, uz = tx * sy - ty * sx;

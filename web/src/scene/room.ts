@@ -1,10 +1,10 @@
 import * as THREE from 'three';
 
-/** Height of the pedestal that the arm stands on, m. */
+/** m, height of the pedestal under the arm. */
 export const TABLE = 0.75;
-/** Where its axis stands. */
+/** m, position of its axis. */
 const BEHIND = -0.75;
-/** Facets of the pedestal, about its axis and along its curve: 1 mm off at most. */
+/** Facets of the pedestal, about its axis and along its curve: errors of at most 1 mm. */
 const AROUND = 48, ALONG = 21;
 
 const VERTEX = `
@@ -14,7 +14,10 @@ void main() {
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 }`;
 
-/** Lines 25 cm apart, every fourth stronger, one pixel wide however far; the floor fades out before its edge is seen. */
+/**
+ * Lines 25 cm apart, every fourth stronger, one pixel wide at any distance; the floor fades out before its edge is
+ * seen.
+ */
 const FRAGMENT = `
 uniform vec3 ground, ink;
 varying vec2 place;
@@ -31,16 +34,16 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
-/** Floor and pedestal: what augmented reality leaves out. */
+/** Floor and pedestal: hidden in augmented reality. */
 export class Room extends THREE.Group {
   readonly #floor: THREE.ShaderMaterial;
   readonly #pedestal: THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
   readonly #column: THREE.Mesh;
   readonly #shadow = new THREE.ShadowMaterial({ opacity: 0.26 });
-  /** What shadows fall on. */
+  /** Receives shadows. */
   readonly #screen: THREE.Mesh;
 
-  /** @param software the processor draws: light that is computed in a simpler way */
+  /** @param software software rendering: a simpler lighting model */
   constructor(software: boolean) {
     super();
     this.#pedestal = software ? new THREE.MeshLambertMaterial() : new THREE.MeshStandardMaterial({ roughness: 0.42, metalness: 0.1 });
@@ -60,7 +63,7 @@ export class Room extends THREE.Group {
     ground.rotateX(-Math.PI / 2);
     ground.position.z = BEHIND;
 
-    // A column that widens softly into its foot and its plate.
+    // A column that widens smoothly into its foot and its plate.
     const outline = [[0, 0], [0.235, 0], [0.25, 0.006], [0.25, 0.02], [0.24, 0.028], [0.15, 0.05], [0.115, 0.1], [0.1, 0.2], [0.095, 0.45],
       [0.1, 0.62], [0.115, 0.705], [0.128, 0.728], [0.132, 0.734], [0.132, 0.745], [0.128, TABLE], [0, TABLE]];
     const profile = new THREE.SplineCurve(outline.slice(4, 12).map(([x, y]) => new THREE.Vector2(x, y))).getPoints(ALONG);
@@ -72,7 +75,7 @@ export class Room extends THREE.Group {
     this.add(ground, this.#column);
   }
 
-  /** @param shown whether there are any: without, the screen would fill pixels with nothing */
+  /** @param shown whether there are shadows; without them the plane would only cost pixels */
   showShadows(shown: boolean): void { this.#screen.visible = shown; }
 
   showPedestal(shown: boolean): void { this.#column.visible = shown; }

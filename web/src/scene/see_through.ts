@@ -1,12 +1,12 @@
 import * as THREE from 'three';
 import type { Arm } from './arm';
 
-/** s between two looks; s for which the arm may stand before the glass; 1/s, of the change. */
+/** s between two checks; s for which the arm may hide the glass; 1/s, rate of the change. */
 const LOOK = 0.3, PATIENCE = 0.5, RATE = 3;
-/** m before the middle of the glass: what holds it does not hide it. */
+/** m in front of the glass's middle: parts that hold the glass do not count as hiding it. */
 const NEAR = 0.1, NEAR_GRIPPER = 0.2;
 
-/** Makes the arm translucent where it hides the glass for long. */
+/** Makes the arm translucent if it hides the glass for long. */
 export class SeeThrough {
   readonly #ray = new THREE.Raycaster();
   readonly #glass = new THREE.Vector3(); // world frame
@@ -15,10 +15,10 @@ export class SeeThrough {
   #hidden = 0;
   #hides = false;
   #opacity = 1;
-  /** How much of the arm stays to be seen. */
+  /** Opacity of the translucent arm. */
   faint = 0.3;
 
-  /** @param dt s, since the last picture */
+  /** @param dt s, since the last frame */
   update(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D, dt: number): void {
     this.#due -= dt;
     if (this.#due <= 0) {

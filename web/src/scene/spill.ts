@@ -2,10 +2,10 @@ import * as THREE from 'three';
 import type { Glass } from './glass';
 
 const DROPS = 36;
-const FALL = 1.1; // s that a spill is in the air
+const FALL = 1.1; // s that the drops fall
 const WINE = 0x8a1c2e;
 
-/** What goes over the rim: drops that fall, and the puddle that they leave on the floor. */
+/** Liquid that leaves the glass: falling drops, and the puddle on the floor. */
 export class Spill extends THREE.Group {
   readonly #drops = new THREE.InstancedMesh(new THREE.SphereGeometry(0.006, 10, 8),
     new THREE.MeshStandardMaterial({ color: WINE, roughness: 0.15 }), DROPS);
@@ -19,7 +19,7 @@ export class Spill extends THREE.Group {
 
   constructor(private readonly still: boolean) {
     super();
-    // A few lobes: no puddle is a circle.
+    // A few lobes, because a puddle is not a circle.
     const shape = new THREE.Shape();
     for (let i = 0; i <= 64; ++i) {
       const a = (2 * Math.PI * i) / 64, r = 0.14 * (1 + 0.16 * Math.sin(3 * a + 0.6) + 0.09 * Math.sin(5 * a + 2) + 0.05 * Math.sin(9 * a));
@@ -34,7 +34,7 @@ export class Spill extends THREE.Group {
     this.visible = false;
   }
 
-  /** @param glass where it is now; @param t s */
+  /** @param glass at its current pose @param t s */
   update(spilled: boolean, glass: Glass, t: number): void {
     if (spilled && !this.#spilled) this.#begin(glass, t);
     this.#spilled = this.visible = spilled;

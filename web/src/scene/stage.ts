@@ -21,26 +21,31 @@ export const STATE_COLORS: Record<SessionState, number> = {
   idle: 0x8a94a0, ready: 0x2f7fd0, engaged: 0x16a085, holding: 0xe0a100, stopping: 0xd1561c, fault: 0xc62828,
 };
 
-/** What a recording tells of the time that is shown. */
+/** Values of a recording at the time that is shown. */
 export interface Past { q(): ArrayLike<number>; readonly gripper: number | null; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly spilledShare: number; readonly state: string; readonly fill: number }
 
-/** Of another recording beside the one that is shown. */
+/** Colour of another recording next to the one that is shown. */
 const OTHER = 0x8a4fbf;
 const meshesOf = (robot: Robot): string => `./arms/${robot.meshes ?? robot.name}.glb`;
 
 const NO_PAIR: [number, number] = [-1, -1];
-/** Level of `Pace` from which on nothing casts a shadow, and with which a processor that draws begins: it works for triangles more than for pixels. */
+/**
+ * Level of `Pace` from which on there are no shadows; software rendering starts here, because triangles cost it more
+ * than pixels.
+ */
 const SHADOWLESS = 2;
 
-/** Of the screen's pixels that are drawn at each level of `Pace`. */
+/** Share of the screen's pixels that are drawn at each level of `Pace`. */
 const SHARES = [1, 0.8, 0.6, 0.4];
-/** The same where the processor draws for a headset: its board must be read. */
+/** The same for software rendering for a headset: its board must be readable. */
 const SOFTWARE_VR = 0.75;
 
-/** Of a wave, what is a pixel or two, as a multiple of what can be seen of a place: a glass takes long to come to rest. */
+/**
+ * The visible change of a wave (a pixel or two), as a multiple of that of a position: the liquid needs long to settle.
+ */
 const WAVE_SEEN = 10;
 
-/** Where the glass was: so many states, about two seconds. */
+/** Number of states in the glass's trail, about two seconds. */
 const TRAIL = 120;
 
 const place = (object: THREE.Object3D, pose: Pose): void => {
@@ -48,7 +53,7 @@ const place = (object: THREE.Object3D, pose: Pose): void => {
   object.quaternion.set(pose.q[0], pose.q[1], pose.q[2], pose.q[3]);
 };
 
-/** Who draws: the processor does in virtual machines, remote desktops and browsers without a driver. */
+/** What renders: in virtual machines, remote desktops and browsers without a driver it is the processor. */
 function drawing(): 'hardware' | 'software' | 'nothing' {
   const gl = document.createElement('canvas').getContext('webgl2');
   if (!gl) return 'nothing';
@@ -57,7 +62,7 @@ function drawing(): 'hardware' | 'software' | 'nothing' {
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name) ? 'software' : 'hardware';
 }
 
-/** Everything that is drawn. The arm's base frame is the group `base`; nothing is allocated from frame to frame. */
+/** Everything that is drawn. The arm's base frame is the group `base`; nothing is allocated for each frame. */
 export class Stage {
   readonly renderer: THREE.WebGLRenderer;
   /** The browser cannot draw: no WebGL 2. */
@@ -88,23 +93,23 @@ export class Stage {
   #dark = false;
   #still = false;
   #presents = false;
-  /** An emulated headset has the canvas, and the processor draws. */
+  /** An emulated headset has the canvas, with software rendering. */
   #emulates = false;
   readonly #pace: Pace;
   readonly #thrift: Thrift;
   readonly #aside: Aside;
-  /** Shadows are drawn for every second picture: a fifth of the work, and nobody sees which. */
+  /** Shadows are drawn for every second frame: this saves a fifth of the work and is not visible. */
   #shadowsOld = false;
-  /** Of the picture that is being drawn on the canvas; null: none is, or nobody can say. */
+  /** Of the frame that is being drawn on the canvas; null: none is, or the browser cannot report it. */
   #fence: WebGLSync | null = null;
-  /** s, since the picture before. */
+  /** s, since the last drawn frame. */
   #undrawn = 0;
   /** Colour of the state, and whether a spill is drawn. */
   readonly #looks = new Float64Array(2);
   readonly #wave = new Float64Array(3);
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
-    // The page's own backdrop shines through, and in augmented reality the room.
+    // The page's background shines through; in augmented reality the room does.
     const drawnBy = drawing(), software = drawnBy !== 'hardware';
     this.blind = drawnBy === 'nothing';
     this.#software = software;
@@ -164,7 +169,7 @@ export class Stage {
     this.ghost.showGripper(arm.gripper !== null);
     this.base.add(arm);
     arm.pose(robot.home);
-    // Longest stretch from the second joint on, as the reference is clipped to (predict).
+    // Longest extent from the second joint on; the reference is clipped to it (predict).
     let reach = 0;
     for (const joint of robot.joints.slice(2)) reach += Math.hypot(joint.origin[0]![3]!, joint.origin[1]![3]!, joint.origin[2]![3]!);
     this.#reach.scale.setScalar(reach);
@@ -178,7 +183,7 @@ export class Stage {
 
   setCell(cell: Cell | null): void {
     this.wake();
-    // What the cell has and does not colour is ours to draw: the floor under all, and the pedestal.
+    // Objects of the cell without a colour are drawn by the page: the floor and the pedestal.
     const ours = (cell?.objects ?? []).filter((object) => object.color === 'none');
     const floors = ours.filter((object) => object.shape === 'half_space' && object.origin[2]![2]! > 0.999);
     this.base.position.y = floors.length > 0 ? -Math.min(...floors.map((floor) => floor.origin[2]![3]!)) : TABLE;
@@ -191,20 +196,20 @@ export class Stage {
     this.#backdrop.setHex(dark ? 0x14181d : 0xe9eef3);
     this.#dark = dark;
     this.#room.setDark(dark);
-    this.#seeThrough.faint = dark ? 0.45 : 0.3; // its own grey is nearly the night's
+    this.#seeThrough.faint = dark ? 0.45 : 0.3; // the arm's own grey is nearly that of the night
     this.#light();
     this.wake();
   }
 
   #light(): void {
     const reflects = this.scene.environment !== null;
-    // Before a dark backdrop as bright as before a light one: the arm's own grey is dark.
+    // The arm's own grey is dark: on a dark background it needs more light to look the same.
     this.scene.environmentIntensity = this.#dark ? 0.75 : 0.6;
     this.#sun.intensity = this.#dark ? 2.8 : 2.4;
     this.#sky.intensity = (reflects ? 0.45 : 1.7) * (this.#dark ? 1.3 : 1);
   }
 
-  /** What shines in metal and glass. Computed once, which takes a processor without graphics card many seconds. */
+  /** Reflections in metal and glass. Computed once; without a graphics card this takes many seconds. */
   #reflect(): void {
     const pmrem = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.03, 0.1, 100, { size: 128 }).texture;
@@ -212,18 +217,22 @@ export class Stage {
     this.#light();
   }
 
-  /** In virtual reality there is a backdrop of ours; in augmented reality the real room takes the place of ours. @param emulated on the page's own canvas */
+  /**
+   * Virtual reality has a background of the page; augmented reality shows the real room.
+   * @param emulated on the page's own canvas
+   */
   present(mode: XRSessionMode | null, emulated = false): void {
     this.#room.visible = mode !== 'immersive-ar';
     this.scene.background = mode === 'immersive-vr' ? this.#backdrop : null;
-    // Drawn for both eyes, and nothing there makes a picture coarser that comes too late: it begins without what costs most.
+    // Drawn for both eyes, and the quality is not reduced if frames are late: it starts without the most expensive
+    // parts.
     this.#presents = mode !== null;
     this.#emulates = emulated && this.#thrift.software;
     this.#aside.drop();
     this.view.shows(this.#presents);
     this.#shade();
   }
-  /** All of the arm and the target in the picture. */
+  /** Moves the camera until the whole arm and the target are visible. */
   frameAll(): void {
     const box = new THREE.Box3();
     for (const part of [this.arm, this.ghost]) if (part?.visible) box.expandByObject(part);
@@ -234,7 +243,11 @@ export class Stage {
   get spilled(): boolean { return this.#spill.visible; }
   showReach(shown: boolean): void { this.#reach.visible = shown; }
 
-  /** The arm as it was in a recording, with as much of then as is known. @param other another recording, laid over it @param t s, of the page's clock */
+  /**
+   * The arm from a recording, with all that is known of that time.
+   * @param other another recording, laid over it
+   * @param t s, of the page's clock
+   */
   showPast(q: ArrayLike<number>, past: Past | null = null, other: Past | null = null, t = 0): void {
     this.arm?.pose(q);
     if (past) this.#open(past.gripper, past.state === 'engaged');
@@ -253,13 +266,16 @@ export class Stage {
     if (other) this.#double?.gripper?.open(other.gripper ?? 0);
   }
 
-  /** @param closed 0 open to 1 closed; null: not known, or there is none @param led the target may be elsewhere */
+  /**
+   * @param closed 0 open to 1 closed; null: not known, or no gripper
+   * @param led engaged: the target may be elsewhere
+   */
   #open(closed: number | null, led: boolean): void {
     this.arm?.gripper?.open(closed ?? 0);
     this.ghost.open(closed ?? 0, led);
   }
 
-  /** The arm once more, that another recording is seen in. */
+  /** Creates a second arm that shows another recording. */
   async #makeDouble(): Promise<void> {
     if (!this.#robot) return;
     const { robot, glass } = this.#robot, double = new Arm(robot, glass);
@@ -300,20 +316,26 @@ export class Stage {
     this.#path.paint(color);
     this.#tube.show(state);
     if (state.now_s === this.#shownAt) return;
-    // A session that began anew has no past.
+    // A session that has restarted has no past.
     if (state.now_s < this.#shownAt || state.now_s > this.#shownAt + 1) this.#trail.begin();
     this.#shownAt = state.now_s;
     this.#trail.prepend(state.tool.p);
     this.#trail.end();
   }
 
-  /** Machines that draw slowly get fewer pixels, then no shadows: the hand matters more than the picture. @param dt s, of a frame */
+  /**
+   * Slow machines draw fewer pixels, then no shadows: the operator's motion matters more than the picture.
+   * @param dt s, of a frame
+   */
   keepPace(dt: number): void {
     if (this.renderer.xr.isPresenting || document.hidden || this.#still) return;
     if (this.#pace.take(dt)) this.#drawAt(this.#pace.level);
   }
 
-  /** As many pictures as the browser asks for, as well as this says. @param quality as `Pace` counts it; one more, and the last picture stays, for tests of everything else */
+  /**
+   * Draws every frame of the browser at this quality.
+   * @param quality a level of `Pace`; one more than the coarsest: the last picture stays, for tests of everything else
+   */
   setQuality(quality: number): void {
     this.#still = quality > COARSEST;
     if (this.#still) return;
@@ -336,7 +358,7 @@ export class Stage {
     this.#room.showShadows(this.#sun.castShadow);
   }
 
-  /** @param room as of View */
+  /** @param room see View */
   resize(width: number, height: number, room: readonly [number, number] = [0, 0]): void {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
@@ -345,21 +367,25 @@ export class Stage {
     this.#pace.restart();
   }
 
-  /** Pixels of a picture in virtual reality to those of the headset. */
+  /** Pixels of a frame in virtual reality, relative to those of the headset. */
   get vrShare(): number { return this.#thrift.software ? SOFTWARE_VR : 1; }
 
-  /** Something is to be seen that was not, or otherwise. */
+  /** Something visible has changed. */
   wake(): void { this.#thrift.wake(performance.now() / 1000); }
 
-  /** Plans come late: the processor has more to do than the picture. */
+  /** Plans are late: the processor is needed for more than the picture. */
   late(now: number): void { this.#thrift.late(now); }
 
-  /** @param dt s, since this was called last @param now s, of the page's clock @param busy the page did other work in this frame */
+  /**
+   * @param dt s, since the last call
+   * @param now s, of the page's clock
+   * @param busy the page did other work in this frame
+   */
   draw(dt: number, now: number, busy: boolean): void {
     const presents = this.renderer.xr.isPresenting;
     if (!presents) this.view.update(this.ghost.visible ? this.ghost.getWorldPosition(this.#target) : null, dt);
     if (this.#still) {
-      this.scene.updateMatrixWorld(); // what a pointer hits must be where it belongs all the same
+      this.scene.updateMatrixWorld(); // hits of a pointer need current positions even if nothing is drawn
       return;
     }
     this.#undrawn += dt;
@@ -389,7 +415,7 @@ export class Stage {
     if (this.#thrift.spares) this.#fenceOff();
   }
 
-  /** Where a picture takes long the next one would wait for it, and the page with it. */
+  /** Marks the end of a frame's commands: the next frame would wait for a slow one, and the page with it. */
   #fenceOff(): void {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     if (this.#fence) gl.deleteSync(this.#fence);
@@ -397,7 +423,7 @@ export class Stage {
     gl.flush();
   }
 
-  /** Whether the picture before is not done. */
+  /** Whether the last frame is still being drawn. */
   #isDrawing(): boolean {
     if (this.#aside.draws) return true;
     if (!this.#fence) return false;

@@ -2,7 +2,7 @@ import * as THREE from 'three';
 import type { Cell, CellObject, Pose } from '../protocol';
 import { geometryOf, toMatrix } from './body';
 
-/** Of the piece of a half-space's surface that is drawn, m. */
+/** m, size of the drawn piece of a half-space's surface. */
 const SIZE = 2.4;
 const ONE = new THREE.Vector3(1, 1, 1);
 const PLAIN = 0x8b9bb0, TOUCHED = 0xe0a100;
@@ -16,10 +16,13 @@ const surfaceOf = (object: CellObject, grown: number): THREE.BufferGeometry => {
   }
 };
 
-/** Boxes that were added here, and m from the floor below which they need no stand. */
+/** Names of boxes added on the page, and m above the floor below which they need no stand. */
 const ADDED = /^box \d+$/, LOW = 0.02;
 
-/** Under a box that was added: a table of its size on a leg, and its shadow on the floor. Drawn only: the arm's plans know the box. */
+/**
+ * Under an added box: a table of its size on a leg, and its shadow on the floor. It is only drawn: the planner knows
+ * the box, not the table.
+ */
 class Stand extends THREE.Group {
   /** @param height m, from the floor @param width m, of the box */
   constructor(height: number, width: number) {
@@ -33,7 +36,7 @@ class Stand extends THREE.Group {
       this.add(leg, top);
     }
     const disc = new THREE.CircleGeometry(width, 40), count = disc.getAttribute('position').count, shade = new Float32Array(4 * count);
-    shade[3] = 0.45; // in the middle; none at the edge
+    shade[3] = 0.45; // opacity in the middle; 0 at the edge
     disc.setAttribute('color', new THREE.BufferAttribute(shade, 4));
     const shadow = new THREE.Mesh(disc, new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
     shadow.position.z = 0.003 - height;
@@ -48,7 +51,7 @@ class Stand extends THREE.Group {
   }
 }
 
-/** Something that stands around the arm, and fainter the margin that is kept around it. */
+/** An obstacle, and more faintly the margin that is kept around it. */
 class Solid extends THREE.Group {
   readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial>;
   readonly #margin: THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial>;
@@ -79,7 +82,7 @@ class Solid extends THREE.Group {
     this.stand(object);
   }
 
-  /** What the tool carries is where the tool has it; tool: in the base. */
+  /** Moves the carried object with the tool. @param tool pose in the base's frame */
   ride(tool: THREE.Matrix4): void {
     if (this.object.attached) toMatrix(this.object.origin).premultiply(tool).decompose(this.position, this.quaternion, this.scale);
   }
@@ -90,9 +93,9 @@ class Solid extends THREE.Group {
     toMatrix(object.origin).decompose(this.position, this.quaternion, this.scale);
   }
 
-  /** As it is so many s after it stood where it says. */
+  /** Moves the object by its velocity. @param t s, since it was at its origin */
   goOn(t: number): void {
-    const { velocity, origin } = this.object; // taken apart by its entries it would be walked through by an iterator, an object each time
+    const { velocity, origin } = this.object; // destructuring its entries would use an iterator and allocate each time
     if (velocity[0] || velocity[1] || velocity[2]) this.position.set(origin[0]![3]! + t * velocity[0], origin[1]![3]! + t * velocity[1], origin[2]![3]! + t * velocity[2]);
   }
 
@@ -109,7 +112,7 @@ class Solid extends THREE.Group {
 
 const looks = ({ origin: _, velocity: __, ...rest }: CellObject): string => JSON.stringify(rest);
 
-/** What stands around the arm, in its base's frame. */
+/** The obstacles, in the base's frame of the arm. */
 export class Surroundings extends THREE.Group {
   #solids: Solid[] = [];
   /** m, height of the floor in the base's frame. */
@@ -141,7 +144,7 @@ export class Surroundings extends THREE.Group {
     this.#at = cell?.at_s ?? 0;
   }
 
-  /** What moves by itself, or with the tool, has gone on. @param now s, on the session's clock @param tool in the base */
+  /** Moves objects that have a velocity or are carried. @param now s, on the session's clock @param tool in the base */
   goOn(now: number, tool: Pose): void {
     this.#tool.compose(this.#p.fromArray(tool.p), this.#q.fromArray(tool.q), ONE);
     for (let i = 0; i < this.#solids.length; ++i) {
@@ -150,7 +153,7 @@ export class Surroundings extends THREE.Group {
     }
   }
 
-  /** Which object holds the arm back; -1: none. */
+  /** Highlights the object of the active constraint; -1: none. */
   touch(index: number): void {
     if (index === this.#touched) return;
     this.#solids[this.#touched]?.touched(false);
@@ -158,7 +161,7 @@ export class Surroundings extends THREE.Group {
     this.#touched = index;
   }
 
-  /** What the tool carries, or else the one of this name, if it is there; empty: neither. Makes nothing anew. */
+  /** The carried object, or else the one with this name, if it exists; empty: neither. Allocates nothing. */
   carriedOr(name: string): string {
     let found = '';
     for (let i = 0; i < this.#solids.length; ++i) {
@@ -171,15 +174,15 @@ export class Surroundings extends THREE.Group {
 
   get objects(): CellObject[] { return this.#solids.map((solid) => solid.object); }
   solid(name: string): THREE.Object3D | undefined { return this.#solids.find((solid) => solid.object.name === name); }
-  /** Makes it hold all that has an end, and is seen. */
+  /** Extends the box to all visible objects of finite size. */
   bound(box: THREE.Box3): void {
     for (const solid of this.#solids) if (solid.surface.visible && solid.object.shape !== 'half_space') box.expandByObject(solid);
   }
 
-  /** Where the server has it. */
+  /** Puts the object where the server reported it. */
   standAsTold(name: string): void { for (const solid of this.#solids) if (solid.object.name === name) solid.stand(solid.object); }
 
-  /** The object that a ray meets first, and where, world frame; planes are not met. */
+  /** The object that a ray meets first, and where, world frame; planes do not count. */
   under(ray: THREE.Raycaster, where: THREE.Vector3): CellObject | null {
     let nearest = Infinity, found: CellObject | null = null;
     for (const { surface, object } of this.#solids) {

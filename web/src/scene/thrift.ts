@@ -1,21 +1,28 @@
-/** s between two pictures of a page that spares the processor, at least; of the time that the drawing took, what it leaves to others before it begins anew. */
+/**
+ * While saving: s between two frames at least; pause before the next frame, as a multiple of the time that drawing
+ * took.
+ */
 const SPARING = { inTime: { every: 0.04, leaves: 0.5 }, late: { every: 0.1, leaves: 2 } };
-/** s, that it leaves to others at most: who waits sees nothing. */
+/** s, longest such pause: without a limit the picture would not change for too long. */
 const LEAVES_AT_MOST = 0.25;
-/** s for which a picture waits for a frame of its own, at most: two of 60 a second. */
+/** s that a picture waits at most for a browser frame without other work: two of 60 a second. */
 const WAITS = 0.03;
-/** s without motion after which a coarse picture is drawn once as sharp as can be: longer than the arm takes to turn translucent. */
+/**
+ * s without motion after which a coarse picture is drawn once as sharp as possible: longer than the arm takes to
+ * become translucent.
+ */
 const STILL = 1.2;
-/** s for which the page spares after plans came late. */
+/** s for which drawing is reduced after late plans. */
 const SPARES_FOR = 20;
-/** Values that differ by less look the same: rad and m. */
+/** Smaller differences are not visible: rad and m. */
 const SAME = 3e-4;
 
 export type Picture = 'none' | 'usual' | 'sharp';
 
 /**
- * When a picture is worth its processor's time. Where the processor draws, some 20 a second must do, and some 10 where it is late with
- * the arm's plans; none waits for another. A scene that stands still needs none: one sharp one stays.
+ * Decides when a picture is worth the processor's time. With software rendering there are about 20 pictures a second,
+ * or about 10 if the arm's plans are late. No picture waits for another. A stationary scene needs none after one sharp
+ * picture.
  */
 export class Thrift {
   #spares = false;
@@ -27,25 +34,28 @@ export class Thrift {
   #blank = false;
   #seen = new Float64Array(0);
 
-  /** @param software the processor draws */
+  /** @param software software rendering */
   constructor(public software: boolean) {}
 
-  /** Plans, or commands, come late. */
+  /** Plans, or commands, are late. */
   late(now: number): void { this.#lateAt = now; }
 
-  /** Something is another than it was, or may be: what `look` does not see. */
+  /** Something changed, or may have changed, that `look` does not see. */
   wake(now: number): void {
     this.#movedAt = now;
     this.#sharp = false;
   }
 
-  /** There is no picture any more, as another size leaves none. */
+  /** The picture is gone, as after a change of size. */
   blank(now: number): void {
     this.wake(now);
     this.#blank = true;
   }
 
-  /** What moves, as numbers, behind `from` others. @returns how many there are by now */
+  /**
+   * Compares the values that move with those of the last call, from index `from` on.
+   * @returns the number of values so far
+   */
   look(values: ArrayLike<number>, now: number, from = 0): number {
     const count = from + values.length;
     if (this.#seen.length < count) {
@@ -68,8 +78,9 @@ export class Thrift {
   get spares(): boolean { return this.#spares; }
 
   /**
-   * @param drawing the picture before is not done yet @param coarse it could be sharper than usual
-   * @param busy the page did other work in this frame: a hand that moves meanwhile would wait for both
+   * @param drawing the last picture is not complete yet
+   * @param coarse it could be sharper than usual
+   * @param busy the page did other work in this frame: input would have to wait for both
    */
   next(now: number, drawing: boolean, coarse: boolean, busy = false): Picture {
     const late = now - this.#lateAt < SPARES_FOR, { every, leaves } = SPARING[late ? 'late' : 'inTime'];

@@ -1,12 +1,15 @@
 import type { StateMessage } from '../protocol';
 import { Ribbon } from './ribbon';
 
-/** Standard deviations across the way of the hand that the tube shows: it holds it in seven of eight cases. */
+/** Standard deviations that the tube shows across the way of the hand: it contains the hand in seven of eight cases. */
 const SHOWN = 2;
-/** m: where it is as unsure as that, after a shake say, nothing is known that would be worth a picture. */
+/** m: the tube ends at this radius, as after a shake: a more uncertain prediction is not worth showing. */
 const WIDEST = 0.1;
 
-/** Where the hand may be over the horizon: around its expected way, as wide as that is unsure, until it is too unsure. */
+/**
+ * Where the hand may be over the horizon: around its expected way, as wide as the uncertainty, until this is too
+ * large.
+ */
 export class Tube extends Ribbon {
   readonly #radii: Float32Array;
 
@@ -18,7 +21,7 @@ export class Tube extends Ribbon {
   protected override radius(k: number): number { return this.#radii[k]!; }
   protected override strength(): number { return this.opacity; }
 
-  /** From the target on; nothing where the spread is not known. */
+  /** From the target on; nothing if the spread is not known. */
   show({ prediction, target }: StateMessage): void {
     this.begin();
     if (prediction.some((node) => node[4] > 0)) {

@@ -2,39 +2,39 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { PRESETS, type Preset } from './presets';
 
-/** What the page's cards leave free of the picture, in normalised device coordinates; at the top they come and go. */
+/** The part of the picture without cards, in normalised device coordinates; cards at the top appear and disappear. */
 const CLEAR = { left: -0.85, right: 0.85, bottom: -0.58 };
-/** m, above the target: where its upper handle ends. */
+/** m, above the target, of the end of its upper handle. */
 const HANDLE = 0.18;
 const WIDENING = 1.2, NEARING = 0.4; // 1/s, of the distance
-/** What must stay free beside the target as the view comes nearer again, in normalised device coordinates. */
+/** Free space required next to the target before the view comes nearer again, in normalised device coordinates. */
 const SPARE = 0.15;
-const FOLLOWING = 3; // 1/s, of what is left of the way
-/** 1/s, of what is left of the way to another middle; and the share of the picture that nobody sees any more. */
+const FOLLOWING = 3; // 1/s, of the remaining way
+/** 1/s, of the remaining way to another middle; and the share of the picture that is too small to see. */
 const GLIDING = 5, ARRIVED = 1e-3;
 
-/** From where the scene is seen: turned by pointers, and wide enough that the target does not leave it. */
+/** The camera: turned by pointers, and far enough away that the target stays visible. */
 export class View {
   readonly camera = new THREE.PerspectiveCamera(45, 1, 0.05, 30);
   readonly orbit: OrbitControls;
-  /** The view goes with the target. */
+  /** The view moves with the target. */
   follows = false;
   readonly #seen = new THREE.Vector3();
   readonly #step = new THREE.Vector3();
   #turning = false;
-  /** A pointer is down in the picture: the wheel is not what turns the view. */
+  /** A pointer is down in the picture; the wheel does not count. */
   isPressed = false;
-  /** From where it was seen before what is shown now. */
+  /** The view before the current special one. */
   #before: { camera: THREE.Vector3; target: THREE.Vector3; chosen: number } | null = null;
-  /** What a card covers, as the picture is centred now, and as it is to be; NaN: not yet. */
+  /** The part covered by a card: as the picture is centred now, and as it will be; NaN: not set yet. */
   readonly #room = new THREE.Vector2(NaN, NaN);
   readonly #wanted = new THREE.Vector2();
   #inSight = true;
-  /** m, from which the view stepped back by itself; NaN: it did not. */
+  /** m, distance from which the view stepped back automatically; NaN: it did not. */
   #chosen = NaN;
   /** The target, or its handle, is behind the cards. */
   isCovered = false;
-  /** Normalised device coordinates where cards begin, and where they end at their right. */
+  /** Normalised device coordinates of the cards' lower edge, and of their right edge. */
   #top = 0.45;
   #cardsEnd = 1;
 
@@ -64,7 +64,10 @@ export class View {
     this.orbit.update();
   }
 
-  /** A recording, or a headset's picture, is shown for a while, or no more: then the view is as before, unless the operator chose another one meanwhile. */
+  /**
+   * Starts or ends showing a recording or a headset's picture. At the end the view is restored, unless the operator
+   * chose another one meanwhile.
+   */
   shows(other: boolean): void {
     const { camera: { position }, orbit: { target } } = this;
     if (other) {
@@ -78,7 +81,7 @@ export class View {
     }
   }
 
-  /** So far away, in the direction of now, that all of it is in the picture. @param box world frame */
+  /** Moves the camera away, in its current direction, until the box is in the picture. @param box world frame */
   frame(box: THREE.Box3): void {
     if (box.isEmpty()) return;
     const sphere = box.getBoundingSphere(new THREE.Sphere()), half = THREE.MathUtils.degToRad(this.camera.fov) / 2;
@@ -92,24 +95,27 @@ export class View {
     this.orbit.update();
   }
 
-  /** rad, about the arm's z: where the picture looks, of the arm's forward (-z of the world). */
+  /** rad, about the arm's z: viewing direction, from the arm's forward (-z of the world). */
   get heading(): number {
-    const { elements } = this.camera.matrixWorld; // its first column points to the right of the picture, which never leans
+    const { elements } = this.camera.matrixWorld; // its first column points to the picture's right; the picture is upright
     return Math.atan2(-elements[2]!, elements[0]!);
   }
 
-  /** @param room what a card covers at the right and at the top, as shares of the picture: the middle of the scene is that of the rest */
+  /**
+   * @param room part covered by a card at the right and at the top, as shares of the picture: the scene is centred in
+   * the rest
+   */
   resize(aspect: number, room: readonly [number, number] = [0, 0]): void {
     this.camera.aspect = aspect;
-    // Tall and narrow screens look from further away.
+    // Tall and narrow screens need a wider view.
     this.camera.fov = aspect < 1 ? 56 : 40;
     this.#wanted.set(...room);
-    // A card that goes, or comes, lets the picture glide; the first one finds it where it belongs.
+    // When a card appears or disappears, the picture glides; with the first one it is centred at once.
     if (this.reducedMotion || Number.isNaN(this.#room.x)) this.#room.copy(this.#wanted);
     this.#centre();
   }
 
-  /** What cards cover at the picture's top, as shares of it: the target's handles keep clear of that. */
+  /** The part that cards cover at the picture's top, as shares of it: the target's handles stay clear of it. */
   cover(width: number, height: number): void {
     this.#top = 1 - 2 * Math.min(height, 0.4);
     this.#cardsEnd = 2 * width - 1;
@@ -131,9 +137,9 @@ export class View {
   }
 
   /**
-   * Steps back where the target left the picture by itself, and comes nearer again as there is room; where the operator turned away
-   * from it, the view stays theirs.
-   * @param target world frame, m; null where none is shown
+   * Steps back if the target leaves the picture by itself, and comes nearer again when there is room. If the operator
+   * turned away from the target, the view does not change.
+   * @param target world frame, m; null if none is shown
    * @param dt s
    */
   update(target: THREE.Vector3 | null, dt: number): void {
@@ -149,7 +155,7 @@ export class View {
     if (!target) return;
     const sees = this.#sees(target);
     if (sees || this.#turning) this.#inSight = sees;
-    // A held handle moves with the pointer through the picture, which must stay.
+    // A held handle moves with the pointer through the picture, so the view must not move.
     if (this.#turning || !this.#inSight || !this.orbit.enabled) return;
     if (sees) return this.#comeNearer(target, Math.min(dt, 0.1));
     if (Number.isNaN(this.#chosen)) this.#chosen = this.camera.position.distanceTo(this.orbit.target);
@@ -157,7 +163,7 @@ export class View {
     while (this.reducedMotion && !this.#sees(target) && this.camera.position.distanceTo(this.orbit.target) < this.orbit.maxDistance);
   }
 
-  /** @param spare that must be free beside it */
+  /** @param spare free space required next to it */
   #sees(target: THREE.Vector3, spare = 0): boolean {
     const { x, y, z } = this.#seen.copy(target).project(this.camera);
     if (z >= 1 || x <= CLEAR.left + spare || x >= CLEAR.right - spare || y <= CLEAR.bottom + spare) return false;
@@ -171,7 +177,7 @@ export class View {
     this.#standAt(Math.min(this.orbit.maxDistance, this.camera.position.distanceTo(this.orbit.target) * Math.exp(WIDENING * dt)));
   }
 
-  /** A view that jumps for less motion does not come back: it would jump twice. */
+  /** With reduced motion the view jumps; it does not come back, because it would jump twice. */
   #comeNearer(target: THREE.Vector3, dt: number): void {
     const distance = this.camera.position.distanceTo(this.orbit.target);
     if (this.reducedMotion || !(distance > this.#chosen)) return;
