@@ -5,13 +5,13 @@ import { indexAt, type Motion } from './player';
 export type Curve = 'slosh' | 'rim' | 'off' | 'speed' | 'height' | 'spilled';
 /** A joint of the arm that was recorded. */
 export interface Joint { name: string; type?: 'revolute' | 'prismatic' }
-/** s, and what was known then. */
+/** Times, s, and the values known then. */
 export type Measured = readonly [times: readonly number[], values: readonly (number | null)[]];
 
-/** How a plot is called, and what it means; its axis reaches at least to `reach`. `least`: the small values count. */
+/** Name and meaning of a plot; its axis reaches at least to `reach`. `least`: small values count. */
 export interface Kind { title: string; unit: string; meaning: string; reach: number; write: (value: number) => string; least?: true; byDefault?: true }
 
-/** In the order in which they stand. */
+/** In the order of the plots. */
 export const KINDS: Readonly<Record<Curve, Kind>> = {
   slosh: { title: 'Lateral', unit: 'm/s²', meaning: 'Lateral specific force', reach: 1, write: sloshText, byDefault: true },
   rim: { title: 'To the rim', unit: 'mm', meaning: 'Smallest distance from the liquid to the rim, for each wave', reach: 1, write: offText, least: true, byDefault: true },
@@ -22,13 +22,13 @@ export const KINDS: Readonly<Record<Curve, Kind>> = {
 };
 export const CURVES = Object.keys(KINDS) as Curve[];
 
-/** s before and after, in which a wave comes and goes. */
+/** s before and after a time that contain a whole wave. */
 const WAVE = 0.15;
 
-/** Of the liquid that was spilled: from here on no wave is left to be seen. */
+/** Spilled share of the liquid from which on no wave is visible. */
 const EMPTY = 0.995;
 
-/** The least of what was known around each time. */
+/** The least of the known values around each time. */
 function leastOfWaves(times: readonly number[], values: readonly (number | null)[]): (number | null)[] {
   let first = 0;
   return values.map((value, i) => {
@@ -36,11 +36,14 @@ function leastOfWaves(times: readonly number[], values: readonly (number | null)
     while (times[first]! < times[i]! - WAVE) ++first;
     let least = value;
     for (let k = first; k < times.length && times[k]! <= times[i]! + WAVE; ++k) least = Math.min(least, values[k] ?? least);
-    return Math.max(0, least); // a wave that stands above the rim
+    return Math.max(0, least); // a wave that rises above the rim
   });
 }
 
-/** rad/s of the joint that turned fastest from each look to the next, and which one that was; joints that slide have no such speed. */
+/**
+ * Speed, rad/s, of the joint that turned fastest between successive samples, and its number; sliding joints are left
+ * out.
+ */
 export function fastest({ t_s, q }: Motion, joints: readonly Joint[]): { t_s: number[]; speed: (number | null)[]; joint: number[] } {
   const speed: (number | null)[] = [], joint: number[] = [];
   for (let i = 0; i < t_s.length; ++i) {
@@ -58,10 +61,10 @@ export function fastest({ t_s, q }: Motion, joints: readonly Joint[]): { t_s: nu
   return { t_s, speed, joint };
 }
 
-/** Of an arm like the one of now, whose joints have names; of another one a number. */
+/** The joint's name if the recorded arm is like the current one; otherwise its number. */
 export const jointText = (joints: readonly Joint[], count: number, k: number): string => (joints.length === count && joints[k] ? partText(joints[k].name) : `joint ${k + 1}`);
 
-/** The joint that was fastest then, in words; empty: nobody knows. @param at s, of the recording's own clock */
+/** Name of the joint that was fastest then; empty: not known. @param at s, of the recording's clock */
 export function fastestAt(motion: Motion, joints: readonly Joint[], at: number): string {
   const i = indexAt(motion.t_s, at);
   if (i < 0 || i + 1 >= motion.t_s.length) return '';
@@ -69,7 +72,7 @@ export function fastestAt(motion: Motion, joints: readonly Joint[], at: number):
   return k === undefined || k < 0 ? '' : jointText(joints, motion.q[i]!.length, k);
 }
 
-/** When a curve was measured, and what; slosh of old sessions as it was planned. */
+/** Times and values of a curve; in old sessions the planned lateral specific force. */
 export function measured(motion: Motion, name: Curve, joints: readonly Joint[] = []): Measured {
   const { felt, target, liquid } = motion;
   switch (name) {
@@ -84,7 +87,7 @@ export function measured(motion: Motion, name: Curve, joints: readonly Joint[] =
 
 const KEPT = 'steadyhand.replay-plots';
 
-/** Those that somebody chose in this browser, or the usual ones and `more`, also where it keeps nothing. */
+/** The curves that the user chose in this browser; without a stored choice the usual ones and `more`. */
 export function keptCurves(more: readonly Curve[] = []): Set<Curve> {
   let words: string | null = null;
   try { words = localStorage.getItem(KEPT); } catch { /* the usual ones */ }
@@ -95,7 +98,7 @@ export function keepCurves(chosen: ReadonlySet<Curve>): void {
   try { localStorage.setItem(KEPT, [...chosen].join(' ')); } catch { /* the usual ones come next time */ }
 }
 
-/** A box for each plot, in a fold. @param onChange another choice */
+/** A checkbox for each plot, in a fold. @param onChange the choice has changed */
 export function showChoice(root: HTMLElement, chosen: Set<Curve>, onChange: () => void): void {
   root.replaceChildren(...CURVES.map((name) => {
     const { title, unit, meaning } = KINDS[name], box = made('input', { type: 'checkbox', checked: chosen.has(name) });

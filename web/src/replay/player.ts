@@ -1,33 +1,36 @@
 import type { Pose, Quat, Vec3 } from '../protocol';
 import type { MutablePose } from '../frames';
 
-/** s, between two looks at the arm in what the server answers; a step goes on by one. */
+/** s, between two samples of the arm in the server's answer; a step moves by one. */
 const STEP = 1 / 30;
 
 /** "state", "spill", "refill", "limit", "setting", "missed", "gap" or "rest"; of a state `what` is its name. */
 /** `amount`: of a spill the share of the liquid, of missed deadlines how many. */
 export interface StoryEvent { t_s: number; kind: string; what: string; why: string; amount?: number }
 
-/** What GET sessions/NAME/motion answers: when, and where the arm was measured; the target, the liquid and what happened, each at times of its own. */
+/**
+ * The answer to GET sessions/NAME/motion: times and measured positions of the arm; the target, the liquid and the
+ * events, each with its own times.
+ */
 export interface Motion {
   name: string;
   t_s: number[];
   q: number[][];
-  /** Measured, 0 open to 1 closed; null: the arm has none. */
+  /** Measured, 0 open to 1 closed; null: no gripper. */
   gripper?: (number | null)[];
   target?: { t_s: number[]; p: Vec3[]; q: Quat[]; engaged: number[]; lateral: (number | null)[]; error_mm: (number | null)[] };
-  /** The sideways force on the liquid as it was measured, m/s^2: mean and largest of `count` measurements from a time on until the next. */
+  /** Measured lateral specific force, m/s^2: mean and largest of `count` measurements from a time until the next. */
   felt?: { t_s: number[]; mean: (number | null)[]; largest: (number | null)[]; count?: number[] };
-  /** m/s^2, of what was felt while a hand led, as the report counts it; null: nothing was. */
+  /** m/s^2, measured while engaged, computed as in the report; null: not measured. */
   slosh?: { mean: number; largest: number } | null;
-  /** Mean distance from the target to the glass while a hand led, as the report counts it; null: none led. */
+  /** Mean distance from the target to the glass while engaged, computed as in the report; null: never engaged. */
   off_target_mm?: number | null;
   liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[]; spilled_share: number[] };
   settings?: { t_s: number; profile: string; scale: number; fill: number }[];
   events?: StoryEvent[];
 }
 
-/** Names of the profiles by which a hand led, in the order of their first time. */
+/** Names of the profiles used while engaged, in the order of their first use. */
 export function ledIn({ target, settings = [] }: Motion): string[] {
   const names = new Set<string>(), { t_s = [], engaged = [] } = target ?? {};
   for (let i = 0, k = -1; i < t_s.length; ++i) {
@@ -38,7 +41,7 @@ export function ledIn({ target, settings = [] }: Motion): string[] {
   return [...names];
 }
 
-/** The last entry of rising times that is not after `wanted`; -1 before the first. */
+/** Index of the last of rising times that is not after `wanted`; -1: before the first. */
 export function indexAt(times: readonly number[], wanted: number): number {
   let low = -1, high = times.length;
   while (high - low > 1) {
@@ -53,12 +56,12 @@ const last = <T extends { t_s: number }>(entries: readonly T[] | undefined, want
   return undefined;
 };
 
-/** A recorded motion as it plays; knows no DOM. */
+/** Plays a recorded motion; independent of the DOM. */
 export class Player {
   playing = false;
   loops = false;
   speed = 1;
-  /** s from its begin. */
+  /** s from its start. */
   at = 0;
   readonly duration: number;
   readonly begin: number;
@@ -87,22 +90,22 @@ export class Player {
     this.playing = !this.playing;
   }
 
-  /** So many looks on, or back. */
+  /** Moves by this many samples, forward or back. */
   step(count: number): void {
     this.playing = false;
     this.seek(this.at + count * STEP);
   }
 
-  /** When the arm first followed, s from the begin: where two sessions are laid over each other. */
+  /** When the arm first followed, s from the start: two sessions are aligned at this time. */
   get firstGrip(): number {
     const grip = this.motion.events?.find(({ kind, what }) => kind === 'state' && what === 'engaged');
     return grip ? Math.max(0, grip.t_s - this.begin) : 0;
   }
 
-  /** s, of the recording's own clock. */
+  /** s, of the recording's clock. */
   get now(): number { return this.begin + this.at; }
 
-  /** rad; the same array each time. @param at s from its begin */
+  /** rad; the same array each time. @param at s from its start */
   q(at = this.at): Float64Array {
     const { t_s: t, q } = this.motion, wanted = this.begin + at;
     const i = Math.max(0, indexAt(t, wanted)), j = Math.min(i + 1, t.length - 1), span = t[j]! - t[i]!;
@@ -111,10 +114,10 @@ export class Player {
     return this.#q;
   }
 
-  /** 0 open to 1 closed; null: the arm has none. */
+  /** 0 open to 1 closed; null: no gripper. */
   get gripper(): number | null { return this.motion.gripper?.[Math.max(0, indexAt(this.motion.t_s, this.now))] ?? null; }
 
-  /** Where the hand wanted the glass; null: not recorded. The same pose each time. */
+  /** Target of the glass; null: not recorded. The same pose each time. */
   target(): Pose | null {
     const target = this.motion.target, i = target ? indexAt(target.t_s, this.now) : -1;
     if (!target || i < 0) return null;
@@ -132,19 +135,19 @@ export class Player {
     return this.#tilt;
   }
 
-  /** m/s^2, sideways, as it was measured; in sessions of before that was recorded as it was planned; null: not known. */
+  /** m/s^2, lateral, as measured; older sessions recorded the planned value; null: not known. */
   get felt(): number | null {
     const { felt, target } = this.motion, [times, values] = felt?.t_s.length ? [felt.t_s, felt.largest] : [target?.t_s ?? [], target?.lateral ?? []];
     return values[indexAt(times, this.now)] ?? null;
   }
 
-  /** mm, from the target to the glass; null: nobody led. */
+  /** mm, from the target to the glass; null: not engaged. */
   get off(): number | null {
     const { target } = this.motion, i = target ? indexAt(target.t_s, this.now) : -1;
     return i < 0 || this.state !== 'engaged' ? null : (target!.error_mm[i] ?? null);
   }
 
-  /** mm to the rim, and the least since the glass was filled; null: not known. */
+  /** mm to the rim, now and the least since the glass was filled; null: not known. */
   freeboard(): { now: number; least: number } | null {
     const { liquid } = this.motion, at = liquid ? indexAt(liquid.t_s, this.now) : -1, now = liquid?.freeboard_mm[at] ?? null;
     if (now === null) return null;
@@ -154,13 +157,13 @@ export class Player {
     return { now, least };
   }
 
-  /** Stretches in which the hand led, s of the recording's own clock. */
+  /** Intervals in which the arm was engaged, s of the recording's clock. */
   get led(): { from: number; to: number }[] {
     const states = (this.motion.events ?? []).filter(({ kind }) => kind === 'state'), end = this.begin + this.duration;
     return states.flatMap(({ t_s, what }, i) => (what === 'engaged' ? [{ from: t_s, to: Math.min(end, states[i + 1]?.t_s ?? end) }] : []));
   }
 
-  /** Of the liquid. */
+  /** Share of the liquid. */
   get spilledShare(): number {
     const { liquid } = this.motion, i = liquid ? indexAt(liquid.t_s, this.now) : -1;
     return liquid?.spilled_share[i] ?? 0;

@@ -8,25 +8,32 @@ import { fine, Happened, spillAt } from './happened';
 import type { Player } from './player';
 import { PRESSED, Track, type Span } from './track';
 
-/** Speeds that a press of the button goes through. */
+/** Speeds selected in turn by the button. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 
-/** A recording that is looked at: its time line with its buttons and keys, its events and its plots. On the page and in a report. */
+/**
+ * A recording that is shown: its time line with buttons and keys, its events and its plots. On the page and in a
+ * report.
+ */
 export class Replay {
   player: Player | null = null;
-  /** Laid over the player's, from the first grip on. */
+  /** Laid over the player's recording, aligned at the first engagement. */
   other: Player | null = null;
   profiles: readonly Profile[] = [];
   /** Of the arm, for their names. */
   joints: readonly Joint[] = [];
-  /** mm, height of the glass inside; 0: there is none. */
+  /** mm, height of the glass inside; 0: no glass. */
   rim = 0;
   #track: Track | null = null;
   /** Plots that are drawn. */
   readonly #chosen: Set<Curve>;
   readonly #happened: Happened;
 
-  /** @param address of a recording by its name: what its links to times begin with @param onLook another stretch of it is looked at @param more plots that are drawn unless others were chosen */
+  /**
+   * @param address of a recording by its name: the start of links to times
+   * @param onLook another interval is shown
+   * @param more plots that are drawn by default
+   */
   constructor(address: (name: string) => string, private readonly onLook: (span: Span) => void = () => {}, more: readonly Curve[] = []) {
     this.#chosen = keptCurves(more);
     this.#happened = new Happened(element('past-events', HTMLOListElement), element('past-kinds', HTMLParagraphElement), address);
@@ -45,7 +52,7 @@ export class Replay {
       this.player.playing = false;
       this.player.seek(Number(range.value));
     };
-    // Of a recording that is shown: keys that drive are off then, and none of them is among these.
+    // Used while a recording is shown: the keys that move the arm are off then, and none of them is used here.
     const keys: Readonly<Record<string, () => void>> = {
       p: () => this.player?.toggle(), ',': () => this.player?.step(-1), '.': () => this.player?.step(1),
       arrowleft: () => this.player?.step(-1), arrowright: () => this.player?.step(1),
@@ -54,7 +61,7 @@ export class Replay {
     addEventListener('keydown', (event) => {
       if (!this.player || event.ctrlKey || event.altKey || event.metaKey || isTyped(event.target) || event.target instanceof HTMLSelectElement) return;
       const key = event.key.toLowerCase(), { target } = event;
-      if (key.startsWith('arrow') && (target instanceof HTMLInputElement || (target instanceof HTMLElement && target.role === 'tab'))) return; // they have their own
+      if (key.startsWith('arrow') && (target instanceof HTMLInputElement || (target instanceof HTMLElement && target.role === 'tab'))) return; // arrows are theirs
       if (!Object.hasOwn(keys, key) || (key === 'p' && event.repeat)) return;
       event.preventDefault();
       keys[key]!();
@@ -62,7 +69,7 @@ export class Replay {
     showChoice(element('past-plots', HTMLElement), this.#chosen, () => this.repaint());
   }
 
-  /** From its begin. */
+  /** Shows it from its start. */
   open(player: Player): void {
     this.player = player;
     element('past-at', HTMLInputElement).max = String(player.duration);
@@ -70,19 +77,19 @@ export class Replay {
     this.lay(null);
   }
 
-  /** Another one over it; null: none. */
+  /** Lays another recording over it; null: none. */
   lay(other: Player | null): void {
     this.other = other;
     this.repaint();
   }
 
-  /** Also after another theme. */
+  /** Also after a change of theme. */
   repaint(): void {
     const { player, other } = this;
     if (!player) return;
     const span = this.#track?.player === player ? this.#track.span : null;
     this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0, this.#chosen, this.joints, this.onLook);
-    if (span) this.#track.look(span); // as closely as before
+    if (span) this.#track.look(span); // keeps the zoom
   }
 
   close(): void { this.player = this.other = this.#track = null; }
@@ -108,7 +115,7 @@ export class Replay {
     element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
     element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
     const line = element('past-facts', HTMLElement);
-    line.textContent = line.title = facts.join(' · '); // beside another recording it may be cut
+    line.textContent = line.title = facts.join(' · '); // the text may be cut next to another recording
     element('past-spill', HTMLElement).textContent = spillAt(player.motion.events ?? [], player.now);
     this.#happened.follow(at);
     this.#track?.draw();

@@ -2,10 +2,10 @@ import { clock, meanOffText, percentText, rateText, sloshText, spanText } from '
 import type { Vec3 } from '../protocol';
 import { indexAt, type Motion, type Player, type StoryEvent } from './player';
 
-/** s, of a stretch without a plan that is not counted as driven. */
+/** s, longest interval without a plan that counts as engaged. */
 const GAP = 0.5;
 
-/** Mean and largest of the values that come in `times`, over the time that a hand led. */
+/** Mean and largest of the values at `times`, while engaged. */
 function overLed({ led }: Player, times: readonly number[], values: readonly (number | null)[]): { mean: number; most: number; known: boolean } {
   const sum = { weight: 0, value: 0, most: 0 };
   let stretch = 0;
@@ -21,19 +21,19 @@ function overLed({ led }: Player, times: readonly number[], values: readonly (nu
   return { mean: sum.value / sum.weight, most: sum.most, known: sum.weight > 0 };
 }
 
-/** What, its value in words, the value if less of it is better (null: it says nothing of better or worse), and what it means. */
+/** Label, value as text, the value if less is better (null: neither better nor worse), and meaning. */
 export type Figure = [what: string, text: string, value: number | null, meaning: string];
 
-/** Share of the larger below which a difference says nothing. */
+/** A difference below this share of the larger value is not significant. */
 const NOTHING = 0.05;
 
-/** Which of two did better; -1: neither. */
+/** Index of the better of the two; -1: neither. */
 export function betterOf([, text, value]: Figure, [, otherText, other]: Figure): number {
   if (value === null || other === null || text === otherText || Math.abs(value - other) <= NOTHING * Math.max(value, other)) return -1;
   return value < other ? 0 : 1;
 }
 
-/** What the liquid felt while a hand led: the report's own figures; of sessions that measured nothing as it was planned. */
+/** Lateral specific force while engaged: the report's figures; in sessions without measurements the planned values. */
 function feltOf(player: Player): { mean: number; most: number; known: boolean } {
   const { felt, slosh, target } = player.motion;
   if (felt?.t_s.length) return { mean: slosh?.mean ?? NaN, most: slosh?.largest ?? 0, known: Boolean(slosh) };
@@ -42,13 +42,13 @@ function feltOf(player: Player): { mean: number; most: number; known: boolean } 
 
 const total = (values: readonly number[]): number => values.reduce((all, value) => all + value, 0);
 
-/** Of one glass, or so many: who fills it again may spill more than it holds. */
+/** Share of one glass, or number of glasses: with refills more than one can be spilled. */
 const lostText = (share: number): string => (share < 1.05 ? `${percentText(share)} %` : `${share.toFixed(1)} glasses`);
 
-/** Spills that are told each with its time. */
+/** Most spills that are listed with their times. */
 const TOLD = 3;
 
-/** When the liquid went over the rim, and how much of it. @param led s */
+/** When the liquid went over the rim, and how much of it. @param led s, engaged */
 function spillText(spills: readonly StoryEvent[], begin: number, led: number): string {
   if (spills.length === 0) return 'no';
   const shares = spills.flatMap(({ amount }) => (amount === undefined ? [] : [amount])), times = spills.map(({ t_s }) => clock(Math.max(0, t_s - begin)));
@@ -59,22 +59,25 @@ function spillText(spills: readonly StoryEvent[], begin: number, led: number): s
   return `${spills.length > 1 ? `${often}: ` : ''}${how}at ${times.join(', ')}`;
 }
 
-/** How often an arm that followed, or could have, was stopped: by somebody, by the supervision, or by its own controller. */
+/**
+ * How often an arm that followed, or could have, was stopped: by an operator, by the supervision, or by its
+ * controller.
+ */
 export function stopsOf(events: readonly StoryEvent[]): number {
   let count = 0, runs = true;
   for (const { kind, what } of events) {
     if (kind !== 'state') continue;
     const halts = what === 'stopping' || what === 'fault';
     if (halts && runs) ++count;
-    runs = !halts && (runs || what !== 'idle'); // on its way out of a fault it is idle, and may be back in it
+    runs = !halts && (runs || what !== 'idle'); // idle on the way out of a fault, which may return
   }
   return count;
 }
 
-/** s */
+/** Time engaged, s. */
 const ledFor = ({ led }: Player): number => led.reduce((sum, { from, to }) => sum + to - from, 0);
 
-/** A recorded session in figures that two sessions may be compared by. */
+/** Figures of a recorded session, for comparison with another. */
 export function summaryOf(player: Player): Figure[] {
   const { motion, duration, begin } = player, events = motion.events ?? [];
   const led = ledFor(player);
@@ -82,7 +85,7 @@ export function summaryOf(player: Player): Figure[] {
   const off = motion.off_target_mm ?? null;
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
   const lost = total(spills.map(({ amount = 1 }) => amount));
-  // Who was led longer did not do worse for it: what happened is compared by the minute.
+  // Per minute, so that sessions of different lengths can be compared.
   const perMinute = (sum: number): number | null => (led > 0 ? (60 * sum) / led : null);
   return [
     ['Length', clock(duration), null, ''],
@@ -96,12 +99,12 @@ export function summaryOf(player: Player): Figure[] {
   ];
 }
 
-/** s between two looks at a hand's way, and the least that two ways must have in common to be compared. */
+/** s between two samples of a hand's path, and the least common time for a comparison. */
 const LOOK = 0.1, COMMON = 2;
-/** Of the way's extent: two hands that are no farther apart in the mean made the same motion. */
+/** Share of the path's extent: two hands with a smaller mean distance made the same motion. */
 const ALIKE = 0.1;
 
-/** m, where the target was so many s after the first grip, seen from there; null: no hand leads any more. */
+/** Target position, m, at a time (s) after the first engagement, relative to its start; null: no longer engaged. */
 function wayOf({ target }: Motion): (after: number) => Vec3 | null {
   const { t_s = [], p = [], engaged = [] } = target ?? {}, first = engaged.indexOf(1);
   return (after) => {
@@ -111,7 +114,10 @@ function wayOf({ target }: Motion): (after: number) => Vec3 | null {
   };
 }
 
-/** s from their first grips on for which both were led alike: by one recorded hand, say; 0: they were not; null: too short to tell. */
+/**
+ * s from their first engagements for which both followed the same motion, as with one recorded hand; 0: they did not;
+ * null: too short to decide.
+ */
 export function alikeFor(one: Player, other: Player): number | null {
   const a = wayOf(one.motion), b = wayOf(other.motion);
   let apart = 0, extent = 0, looks = 0;
@@ -137,7 +143,7 @@ function spilledIn(player: Player): string {
   return `${often}${lost} in ${whole(ledFor(player))}`;
 }
 
-/** Which of two spilled less, for each minute led. */
+/** Which of two spilled less for each minute engaged. */
 function lessSpilled(players: readonly [Player, Player], names: readonly [string, string], spilled: readonly [Figure, Figure]): string {
   const idle = players.findIndex((player) => ledFor(player) === 0);
   if (idle >= 0) return `“${names[idle]}” was never engaged: there is nothing to compare.`;
@@ -147,7 +153,7 @@ function lessSpilled(players: readonly [Player, Player], names: readonly [string
   return 'Both spilled about as much per minute engaged.';
 }
 
-/** What a reader wants to know first of two. @param names what they are called @param figures of each */
+/** The main result of a comparison. @param names of the two @param figures of each */
 export function verdictOf(players: readonly [Player, Player], names: readonly [string, string], figures: readonly [readonly Figure[], readonly Figure[]]): string {
   const spilled = (which: 0 | 1): Figure => figures[which].find(([what]) => what === 'Spilled')!, words = lessSpilled(players, names, [spilled(0), spilled(1)]);
   const alike = alikeFor(...players);

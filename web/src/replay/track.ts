@@ -7,57 +7,63 @@ import { CURVES, fastestAt, KINDS, measured, type Curve, type Joint } from './cu
 import { fine } from './happened';
 import { indexAt, type Motion, type Player } from './player';
 
-/** px: of a plot, its value axis, the bands of states and profiles. */
+/**
+ * px: height of a plot, of its time axis, width of the value axis, height of the bands of states and profiles, and of
+ * the marks.
+ */
 const HEIGHT = 50, TIMES = 21, AXIS = 34, BAND = 12, MARK = 7;
-/** px from the pointer to the values there. */
+/** px from the pointer to the values shown there. */
 const BESIDE = 10;
-/** px beside a plot, for the second half of its last time. */
+/** px to the right of a plot, for the second half of its last time label. */
 const RIGHT = 16;
-/** uPlot's word for a null that holds at the other curve's times around it, too. */
+/** uPlot's name for a null that also covers the other curve's times around it. */
 const EXPAND_NULLS = 2;
-/** Points of a curve at most: more are seen by nobody, and a session of hours has them. */
+/** Most points of a curve: more are not visible, and a session of hours has more. */
 const POINTS = 3000;
 
-/** s: a longer stretch has such steps (s). */
+/** s: longer intervals have these steps (s). */
 const IN_SECONDS = 120, STEPS = [15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200];
 
-/** The same where less is looked at, and what is looked at at least. */
+/** The same for shorter intervals, and the shortest interval. */
 const FINE_STEPS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20], CLOSEST = 0.5;
-/** Of what is looked at, for a step of the wheel; for a button's, or a key's. */
+/** Factor of the interval for a step of the wheel; for a button or a key. */
 const ZOOM = 1.25;
 export const PRESSED = ZOOM ** 3;
 
-/** s from the begin, that are looked at. */
+/** s from the start, the interval that is shown. */
 export type Span = readonly [from: number, to: number];
 
-/** What is looked at so many times as long, with `about` where it was; of nothing but the recording. */
+/** The interval multiplied by `factor`, with `about` at the same place; limited to the recording. */
 export function zoomed([from, to]: Span, about: number, factor: number, duration: number): Span {
   const length = Math.min(duration, Math.max(Math.min(CLOSEST, duration), (to - from) * factor));
   return shifted([about - ((about - from) / (to - from)) * length, length], duration);
 }
 
-/** From there on, or as near as the recording's ends let it. */
+/** The interval from there on, moved into the recording. */
 function shifted([from, length]: readonly [number, number], duration: number): Span {
   const begin = Math.max(0, Math.min(duration - length, from));
   return [begin, begin + length];
 }
 
-/** What holds this time, too: it comes into the middle where it would be out of sight. */
+/** An interval that contains this time: it is centred there if the time would be out of sight. */
 export function holding(span: Span, at: number, duration: number): Span {
   const [from, to] = span;
   return at >= from && at <= to ? span : shifted([at - (to - from) / 2, to - from], duration);
 }
 
-/** s after a point of a curve for which it is told. */
+/** s after a point of a curve for which its value is shown. */
 const KNOWN_FOR = 1;
 
-/** Beneath the bands. */
+/** Below the bands. */
 export const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
 
-/** Of what was left to the rim at first: that of a glass which spilled would hide the rest. */
+/** Limit, as a multiple of the first distance to the rim: after a spill the distance would hide the rest. */
 const TO_RIM = 1.6;
 
-/** A curve over s from the begin, thinned by what counts, and broken where nothing was known for half a second. */
+/**
+ * A curve over s from the start, thinned to its significant points, and broken where nothing was known for half a
+ * second.
+ */
 export function curveOf(motion: Motion, name: Curve, begin: number, joints: readonly Joint[] = []): [number[], (number | null)[]] {
   const [at, what] = measured(motion, name, joints), isLeast = KINDS[name].least === true, times: number[] = [], values: (number | null)[] = [];
   const stride = Math.max(1, Math.ceil(at.length / POINTS));
@@ -78,20 +84,20 @@ export function curveOf(motion: Motion, name: Curve, begin: number, joints: read
   return [times, values];
 }
 
-/** What a curve was at this time; null: not known. */
+/** Value of a curve at this time; null: not known. */
 export function valueAt([times, values]: [readonly number[], readonly (number | null)[]], at: number): number | null {
   const i = indexAt(times, at);
   return i < 0 || at - times[i]! > KNOWN_FOR ? null : values[i]!;
 }
 
-/** What counts of a curve and when, in words for who cannot see it. */
+/** Main values of a curve and their times as text, for screen readers. */
 export function told([times, values]: [readonly number[], readonly (number | null)[]], write: (value: number) => string, unit: string, least = false): string {
   let most = -1;
   for (let i = 0; i < values.length; ++i) if (values[i] !== null && (most < 0 || (values[i]! > values[most]!) !== least)) most = i;
   return most < 0 ? 'not recorded' : `at ${least ? 'least' : 'most'} ${write(values[most]!)} ${unit}, at ${clock(times[most]!)}`;
 }
 
-/** States and profiles of a recording, one after another, in words. */
+/** States and profiles of a recording in order, as text. */
 export function statesTold({ motion, begin, duration }: Player): string {
   const spent = new Map<string, number>(), states = (motion.events ?? []).filter(({ kind }) => kind === 'state');
   states.forEach(({ t_s, what }, i) => spent.set(what, (spent.get(what) ?? 0) + Math.max(0, (states[i + 1]?.t_s ?? begin + duration) - Math.max(begin, t_s))));
@@ -99,21 +105,26 @@ export function statesTold({ motion, begin, duration }: Player): string {
   return [...[...spent].map(([state, s]) => `${state} for ${s.toFixed(1)} s`), ...(profiles.size ? [`profiles ${[...profiles].join(', ')}`] : [])].join('; ') || 'no states recorded';
 }
 
-/** The whole recording on one time axis: states, profiles, what the liquid felt and how well the hand was followed; pointing at it seeks. */
+/** The whole recording on one time axis: states, profiles, lateral specific force and tracking error; a click seeks. */
 export class Track {
   readonly #bands = document.createElement('canvas');
   readonly #plots: uPlot[] = [];
   readonly #boxes: HTMLElement[] = [];
   readonly #cursor = document.createElement('i');
-  /** What the curves are where the pointer is. */
+  /** Values of the curves at the pointer. */
   readonly #tip = document.createElement('span');
   readonly #told: ((at: number) => string)[] = [];
   #held = false;
-  /** What is looked at. */
+  /** The interval that is shown. */
   #span: Span;
   #seen = -1;
 
-  /** @param other laid over it, so many s later @param chosen which plots are drawn @param joints of the arm, for their names @param onLook another stretch is looked at */
+  /**
+   * @param other laid over it, later by so many s
+   * @param chosen plots that are drawn
+   * @param joints of the arm, for their names
+   * @param onLook another interval is shown
+   */
   constructor(private readonly root: HTMLElement, readonly player: Player, private readonly profiles: readonly Profile[], private readonly other: Player | null, private readonly late: number,
               chosen: ReadonlySet<Curve>, private readonly joints: readonly Joint[], private readonly onLook: (span: Span) => void) {
     root.replaceChildren();
@@ -125,7 +136,7 @@ export class Track {
     const drawn = CURVES.filter((name) => chosen.has(name) && (knowsLiquid || (name !== 'rim' && name !== 'spilled')));
     for (const name of drawn) this.#make(name, name === drawn[drawn.length - 1]);
     this.#cursor.className = 'cursor';
-    Object.assign(this.#tip, { className: 'tip', hidden: true, ariaHidden: 'true' }); // a pointer's; the figures are told elsewhere
+    Object.assign(this.#tip, { className: 'tip', hidden: true, ariaHidden: 'true' }); // for pointers only: the figures are elsewhere, too
     root.append(this.#cursor, this.#tip);
     root.onpointerdown = (event) => { this.#held = true; this.#seek(event); };
     root.onpointermove = (event) => {
@@ -134,7 +145,7 @@ export class Track {
     };
     root.onpointerleave = () => { this.#tip.hidden = true; };
     root.onwheel = (event) => {
-      // Where the page itself scrolls it goes on doing so, but for the wheel with Ctrl, which is also two fingers' pinch.
+      // On a page that scrolls, the wheel still scrolls it, except with Ctrl, which is also a pinch of two fingers.
       if (document.documentElement.scrollHeight > innerHeight && !event.ctrlKey) return;
       const all = this.#isWhole && event.deltaY >= 0;
       if (event.deltaY === 0 || all) return;
@@ -148,7 +159,7 @@ export class Track {
     this.resize();
   }
 
-  /** @param words what is drawn, for who cannot see it */
+  /** @param words text for screen readers */
   #frame(title: string, unit: string, words: string): HTMLElement {
     const meaning = 'The wheel over the plots zooms about the pointer (with Ctrl where the page scrolls); double click shows all. Keys: + and − about the time that is shown, 0 for all.';
     const box = Object.assign(plotRow(this.root, title, unit, meaning), { role: 'img', ariaLabel: `${title}: ${words}` });
@@ -164,7 +175,7 @@ export class Track {
       const [times, values] = curveOf(other.motion, name, other.begin, joints);
       curves.push([times.map((t) => t - this.late), values]);
     }
-    // Which joint it was is known of the time itself, not of a point that stands for several.
+    // The joint is known for the time itself, not for a point that represents several times.
     const joint = (which: number, at: number): string => {
       const of = which === 0 ? player : other!, words = name === 'speed' ? fastestAt(of.motion, joints, of.begin + at + (which === 0 ? 0 : this.late)) : '';
       return words && ` (${words})`;
@@ -181,13 +192,13 @@ export class Track {
     }, uPlot.join(curves.map(([times, values]) => [times, values.map((value) => (value === null ? null : Math.min(value, full)))] as uPlot.AlignedData), curves.map((curve) => curve.map(() => EXPAND_NULLS))), box));
   }
 
-  /** px from the track's left to where its times begin, and how many of them there are. */
+  /** px from the track's left to the start of its times, and their width. */
   get #place(): [number, number] {
     const box = this.#boxes[0]!.getBoundingClientRect(), left = box.left - this.root.getBoundingClientRect().left + AXIS;
     return [left, Math.max(1, box.width - AXIS - RIGHT)];
   }
 
-  /** s from the begin, where the pointer is. */
+  /** s from the start, at the pointer. */
   #timeOf(event: MouseEvent): number {
     const [left, width] = this.#place, [from, to] = this.#span;
     return from + ((event.clientX - this.root.getBoundingClientRect().left - left) / width) * (to - from);
@@ -202,11 +213,11 @@ export class Track {
     const at = this.#timeOf(event), [from, to] = this.#span;
     this.#tip.hidden = !(at >= from && at <= to);
     this.#tip.textContent = [fine(Math.max(0, at)), ...this.#told.map((tell) => tell(at))].join('\n');
-    const x = this.x(at), { offsetWidth } = this.#tip; // beside the pointer, and within the plots
+    const x = this.x(at), { offsetWidth } = this.#tip; // next to the pointer, and within the plots
     this.#tip.style.left = `${Math.max(this.x(from), Math.min(this.x(to) - offsetWidth, at < (from + to) / 2 ? x + BESIDE : x - BESIDE - offsetWidth))}px`;
   }
 
-  /** px from the left, of a time in s from the begin. */
+  /** px from the left, of a time in s from the start. */
   x(at: number): number {
     const [left, width] = this.#place, [from, to] = this.#span;
     return left + (width * (at - from)) / (to - from);
@@ -222,7 +233,10 @@ export class Track {
     return decimals === 0 ? clock(t) : fine(t, decimals);
   }
 
-  /** So many times as long a stretch is looked at; Infinity: all. @param about s, of the time that stays where it is */
+  /**
+   * Multiplies the interval by `factor`; Infinity: the whole recording.
+   * @param about s, of the time that keeps its place
+   */
   zoom(factor: number, about = this.player.at): void { this.look(zoomed(this.#span, about, factor, this.#whole[1])); }
 
   look(span: Span): void {
@@ -270,13 +284,13 @@ export class Track {
     }
     for (const { t_s, kind } of this.other?.motion.events ?? []) {
       if (kind !== 'spill') continue;
-      c.fillStyle = resolved('var(--past)'); // as its curves
+      c.fillStyle = resolved('var(--past)'); // the colour of its curves
       c.fillRect((t_s - this.other!.begin - this.late - begins) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
     }
     band(settings, settings.map(({ profile }) => { const known = this.profiles.find(({ name }) => name === profile); return known ? colorOf(known) : 'var(--profile-other-1)'; }), BAND + 2);
   }
 
-  /** What the curves are at the time that is shown. */
+  /** Values of the curves at the time that is shown. */
   values(): string {
     const { felt, off } = this.player;
     return [felt !== null && `lateral ${sloshText(felt)} m/s²`, off !== null && `tracking error ${offText(off)} mm`].filter(Boolean).join(', ');
