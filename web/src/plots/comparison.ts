@@ -9,13 +9,16 @@ import type { Runs } from './runs';
 
 interface Row { row: HTMLTableRowElement; cells: HTMLTableCellElement[]; index: number }
 
-/** What a moment of the hand's leading came to: columns of the history that the table is made of. */
+/** One interval while engaged: columns of the history from which the table is computed. */
 export const PROFILE = 0, LED = 1, FELT = 2, MOST = 3, OFF = 4, SPILT = 5, COLUMNS = 6;
 
-/** Of one profile: s that it led, means of slosh (m/s^2) and distance (mm), the largest slosh, and what it spilled, as a share of the liquid. */
+/**
+ * Of one profile: s engaged, means of lateral specific force (m/s^2) and distance (mm), the largest lateral specific
+ * force, and the share of the liquid spilled.
+ */
 export interface Totals { led: number; felt: number; most: number; off: number; spilt: number }
 
-/** Over all moments in which the hand led by this profile; idle time does not count. */
+/** Over all intervals engaged with this profile; idle time does not count. */
 export function totalsOf({ series, times }: Pick<History, 'series' | 'times'>, profile: number): Totals {
   const sum: Totals = { led: 0, felt: 0, most: 0, off: 0, spilt: 0 };
   for (let i = 0; i < times.length; ++i) {
@@ -35,22 +38,22 @@ export function totalsOf({ series, times }: Pick<History, 'series' | 'times'>, p
   return sum;
 }
 
-/** What the profiles came to in the last minute, while the hand led, in a table. */
+/** A table of the profiles' results in the last minute, while engaged. */
 export class Comparison {
   readonly #rows: Row[];
 
-  /** @param note stands where several profiles led */
+  /** @param note is shown if several profiles were used */
   constructor(table: HTMLElement, private readonly note: HTMLElement, private readonly profiles: readonly Profile[], private readonly motions: readonly string[]) {
     this.#rows = profiles.map((profile) => {
       const color = made('i'), cells = [0, 1, 2, 3, 4].map(() => made('td'));
       color.style.background = colorOf(profile);
-      const name = made('th', { scope: 'row' }, color, profile.label.replace(/ \(.*\)$/, '')); // its number would break the line
+      const name = made('th', { scope: 'row' }, color, profile.label.replace(/ \(.*\)$/, '')); // the number would break the line
       return { row: made('tr', { hidden: true }, name, ...cells), cells, index: profile.index };
     });
     table.replaceChildren(...this.#rows.map(({ row }) => row));
   }
 
-  /** @param runs whole demo motions, which are told in the minute's place where several profiles led one */
+  /** @param runs whole demo motions; these replace the minute if several profiles completed one */
   draw(history: History, runs: Runs): void {
     const motion = runs.compared, last = this.#rows.map(({ index }) => totalsOf(history, index));
     const led = this.#rows.flatMap(({ index }, i) => (last[i]!.led > 0 ? [index] : []));
@@ -69,7 +72,10 @@ export class Comparison {
   }
 }
 
-/** What the figures are of, where they are not all of one motion what is missing, or that there are none; empty: one profile alone led. */
+/**
+ * Origin of the figures; if they are not all of one motion, what is missing; or that there are none. Empty: only one
+ * profile was used.
+ */
 export function noteOf(motion: number | null, led: readonly number[], runs: Runs, name: (profile: number) => string, title: (motion: number) => string): string {
   if (motion !== null) {
     const missing = led.filter((profile) => !runs.of(motion, profile));
@@ -81,28 +87,35 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
   return `To compare, play one demo motion to its end under each profile. Complete so far: ${led.map(whole).join('; ')}.`;
 }
 
-/** Gathers what comes between two rows of the history. */
+/** Collects the values between two rows of the history. */
 export class Moment {
   readonly values: (number | null)[] = Array<number | null>(COLUMNS).fill(null);
-  /** The largest of all states, led or not; null: not known. */
+  /** The largest of all states, engaged or not; null: not known. */
   largest: number | null = null;
   #led = 0;
   #felt = 0;
   #off = 0;
   #most = 0;
   #spilt = 0;
-  /** By the swing of the profile that led before; and which that is. */
+  /** Spilled by the wave of the previous profile; and the index of that profile. */
   #spiltBefore = 0;
   #former = -1;
-  /** Share of the liquid that is out of the glass. */
+  /** Share of the liquid outside the glass. */
   #out = NaN;
   #before = NaN;
-  /** s, of the profile that leads. */
+  /** s, since when the current profile is used. */
   #since = -Infinity;
-  /** That led last; -1: none so far. Before another one leads the moment ends. */
+  /** The last profile used; -1: none so far. The interval ends before another profile is used. */
   profile = -1;
 
-  /** @param now s @param led the hand leads @param felt m/s^2 @param off mm @param out share of the liquid that is out of the glass @param by the profile by whose swing it is */
+  /**
+   * @param now s
+   * @param led whether the arm is engaged
+   * @param felt lateral specific force, m/s^2
+   * @param off distance, mm
+   * @param out share of the liquid outside the glass
+   * @param by the profile that caused the wave
+   */
   take(now: number, profile: number, led: boolean, felt: number | null, off: number | null, out = 0, by = profile): void {
     if (out > this.#out) {
       if (by === profile) this.#spilt += out - this.#out;
@@ -123,7 +136,7 @@ export class Moment {
     this.#most = Math.max(this.#most, felt ?? 0);
   }
 
-  /** Of the time since the last call, as a row; the same array each time. */
+  /** Values since the last call, as a row; the same array each time. */
   end(): readonly (number | null)[] {
     const { values } = this, led = this.#led;
     values[PROFILE] = this.profile;
@@ -137,7 +150,10 @@ export class Moment {
     return values;
   }
 
-  /** What went over the rim by the swing of the profile that led before, as a row of its own; null: nothing. The same array as `end` returns. */
+  /**
+   * What spilled by the wave of the previous profile, as a separate row; null: nothing. The same array as `end`
+   * returns.
+   */
   endBefore(): readonly (number | null)[] | null {
     if (this.#spiltBefore === 0) return null;
     const { values } = this;

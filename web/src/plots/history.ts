@@ -1,12 +1,12 @@
 export const SPAN = 60; // s shown
 export const RATE = 15; // points a second
 const POINTS = SPAN * RATE;
-/** s without a row after which nothing is known of the time between: no line goes over it. */
+/** s without a row after which the time between is unknown: the line is broken. */
 const GAP = 1;
-/** s, by which what is shown of a young session grows. */
+/** s, steps in which the interval of a young session grows. */
 const STEP = 10;
 
-/** Newest POINTS rows of several series, the first one times. */
+/** The newest POINTS rows of several series; the first series has the times. */
 export class History {
   readonly times: number[] = [];
   readonly series: (number | null)[][];
@@ -18,7 +18,7 @@ export class History {
     this.#data = [this.#ages, ...this.series];
   }
 
-  /** s, of a young session as much as it has, in steps, so that the plots are not mostly empty. */
+  /** s; for a young session its length in steps, so that the plots are not mostly empty. */
   get span(): number {
     const age = this.newest - (this.times[0] ?? 0);
     return Math.min(SPAN, Math.max(STEP, STEP * Math.ceil(age / STEP)));
@@ -28,7 +28,7 @@ export class History {
 
   push(time: number, values: readonly (number | null)[]): void {
     const { times, series } = this;
-    // A session that began anew has no past.
+    // A session that has restarted has no past.
     if (time < this.newest) for (const row of [times, ...series]) row.length = 0;
     if (times.length > 0 && time - this.newest > GAP) {
       times.push(this.newest + 1 / RATE);
@@ -42,7 +42,7 @@ export class History {
     }
   }
 
-  /** With seconds before the newest row in place of the session's clock; the same arrays each time. */
+  /** Times are s relative to the newest row, not the session's clock; the same arrays each time. */
   get data(): [number[], ...(number | null)[][]] {
     const { times, newest } = this;
     this.#ages.length = times.length;

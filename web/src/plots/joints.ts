@@ -7,7 +7,10 @@ interface Row { angle: HTMLElement; at: HTMLElement; speed: HTMLElement; limits:
 /** deg, or mm of a sliding joint */
 const angleText = (q: number, sliding: boolean): string => (sliding ? `${wholeText(1000 * q)} mm` : `${wholeText((180 / Math.PI) * q)}°`);
 
-/** Where each joint stands between its limits, and its speed as a share of the fastest: moved by transforms, which lay nothing out anew. */
+/**
+ * Position of each joint between its limits, and its speed as a share of the largest allowed. Uses CSS transforms,
+ * which need no new layout.
+ */
 export class Joints {
   readonly #rows: Row[];
   readonly #sliding: boolean[];

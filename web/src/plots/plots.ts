@@ -10,19 +10,22 @@ import { Runs } from './runs';
 import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
 import { Swing } from '../swing';
 
-/** px, of a row's plot, and of the time axis beneath the last one. */
+/** px, height of a row's plot, and of the time axis below the last one. */
 const HEIGHT = 40, TIMES = 21;
-/** px, of the value axis; the strip of states leaves as much free. */
+/** px, of the value axis; the strip of states is indented as much. */
 const AXIS = 34;
 
 interface Line { label: string; color: string; dash?: number[] }
-/** `width`: px, 0 where it is not shown; asked for in a picture it would make the browser lay the whole page out. */
+/**
+ * `width`: px, 0 if hidden; stored, because reading it while drawing would make the browser compute the layout of the
+ * page.
+ */
 interface Row { history: History; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number; width: number; write(value: Measure | undefined): string }
 
-/** Nothing was measured yet where it is 0. */
+/** A value of 0 means that nothing was measured yet. */
 const milli = (value: Measure): number | null => (value ? value / 1000 : null);
 
-/** The last minute on one time axis: states, what the liquid felt, and how well the hand was followed; profiles have a colour each. */
+/** The last minute on one time axis: states, lateral specific force and tracking error; each profile has a colour. */
 export class Plots {
   readonly #rows: Record<string, Row> = {};
   readonly #inTurn: Row[];
@@ -36,14 +39,14 @@ export class Plots {
   readonly #own: (number | null)[];
   readonly #event: (number | null)[] = [0, 0, 0, 0];
   #turn = 0;
-  /** The table was told last time: every other time is enough. */
+  /** The table was updated last time: every second time is enough. */
   #told = false;
   #next = 0;
   #missed = -1;
-  /** s, negative, where the pointer is; null: nowhere. */
+  /** s, negative, at the pointer; null: no pointer. */
   #pointed: number | null = null;
 
-  /** @param motions names of the recorded hands */
+  /** @param motions names of the recorded motions */
   constructor(private readonly root: HTMLElement, table: HTMLElement, private readonly profiles: Profile[], motions: readonly string[]) {
     this.#own = profiles.map(() => null);
     this.#comparison = new Comparison(table, element('compare-note', HTMLElement), profiles, motions);
@@ -69,7 +72,7 @@ export class Plots {
     return box;
   }
 
-  /** @param least what the axis shows even when all values are smaller @param write how a value is told */
+  /** @param least extent of the axis even if all values are smaller @param write formats a value */
   #make(name: string, title: string, unit: string, meaning: string, lines: Line[], least: number, write: Row['write'], last = false): void {
     const box = this.#frame(name, title, unit, meaning), history = new History(lines.length), height = HEIGHT + (last ? TIMES : 0);
     const values = box.previousElementSibling!.appendChild(document.createElement('output'));
@@ -121,7 +124,7 @@ export class Plots {
     return this.#own;
   }
 
-  /** One row at a time, so that no picture waits for all of them; states with the first. */
+  /** One row for each call, so that no frame waits for all of them; states with the first. */
   drawNext(): void {
     const row = this.#inTurn[this.#turn]!;
     if (row.width > 0) row.plot.setData(row.history.data as uPlot.AlignedData);
@@ -129,20 +132,20 @@ export class Plots {
     this.#turn = (this.#turn + 1) % this.#inTurn.length;
   }
 
-  /** Values and table; with all other words, so that the browser lays out once. */
+  /** Updates values and table together with all other texts, so that the browser computes the layout once. */
   tell(): void {
     for (const row of this.#inTurn) if (row.width > 0) this.#tell(row);
     if ((this.#told = !this.#told)) this.#comparison.draw(this.#led, this.#runs);
   }
 
-  /** The values under the pointer, or else the newest ones. */
+  /** The values at the pointer, or else the newest ones. */
   #tell({ history, values, lines, write }: Row): void {
     const at = this.#pointed ?? history.times.length - 1;
     const shown = lines.flatMap(({ label, dash }, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [`${dash ? `${label} ` : ''}${write(value)}`]; }).join(', ');
     put(values, 'textContent', shown);
   }
 
-  /** After another theme. */
+  /** After a change of theme. */
   repaint(): void {
     this.#strip.repaint();
     for (const { plot } of this.#inTurn) plot.redraw(false);
@@ -158,7 +161,7 @@ export class Plots {
       if (clientWidth > 0) row.plot.setSize({ width: clientWidth, height: row.height });
     }
     if (!changed) return;
-    const width = Math.max(...this.#inTurn.map((row) => row.width)) - AXIS - 14; // one whose arm holds no glass is hidden
+    const width = Math.max(...this.#inTurn.map((row) => row.width)) - AXIS - 14; // an arm without a glass hides one
     if (width > 0) {
       this.#strip.canvas.style.width = `${width}px`;
       this.#strip.resize(width);

@@ -1,12 +1,12 @@
 import type { StateMessage } from '../protocol';
 import type { Totals } from './comparison';
 
-/** s for which whole runs are told after the last one ended. */
+/** s for which whole runs are shown after the last one ended. */
 const TOLD_FOR = 60;
 
-/** Whole demo motions, each led from begin to end by one profile: what can be compared. */
+/** Whole demo motions, each with one profile from start to end: these can be compared. */
 export class Runs {
-  /** By demo motion and profile, the last one. */
+  /** The last run for each demo motion and profile. */
   readonly #whole = new Map<number, Map<number, Totals>>();
   #now: (Totals & { motion: number; profile: number }) | null = null;
   #state = '';
@@ -47,7 +47,7 @@ export class Runs {
     this.#newest = { motion, at };
   }
 
-  /** Of the demo motion that was led last, if several profiles led all of it, and not long ago; null: there is none. */
+  /** The last demo motion, if several profiles completed it recently; null: none. */
   get compared(): number | null {
     if (!this.#newest || (this.#whole.get(this.#newest.motion)?.size ?? 0) < 2) return null;
     return this.#at - this.#newest.at < TOLD_FOR && this.#at >= this.#newest.at ? this.#newest.motion : null;
@@ -55,6 +55,6 @@ export class Runs {
 
   of(motion: number, profile: number): Totals | undefined { return this.#whole.get(motion)?.get(profile); }
 
-  /** Of which this profile led all. */
+  /** Demo motions that this profile completed. */
   motionsOf(profile: number): number[] { return [...this.#whole].flatMap(([motion, by]) => (by.has(profile) ? [motion] : [])); }
 }

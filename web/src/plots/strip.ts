@@ -3,13 +3,16 @@ import { resolved } from '../profiles';
 import type { History } from './history';
 
 export const STATES: readonly SessionState[] = ['idle', 'ready', 'engaged', 'holding', 'stopping', 'fault'];
-/** Of the history that a strip draws: the state's number, and 1 where the liquid spilled, a limit held the arm back, a deadline was missed. */
+/**
+ * Series of the history that a strip draws: the state's number, and 1 where liquid was spilled, a limit was active, a
+ * deadline was missed.
+ */
 export const STATE = 0, SPILLED = 1, LIMITED = 2, MISSED = 3;
 
 /** px of the page */
 const BAND = 12, MARK = 5;
 
-/** The last minute's states as bands, and beneath them what went wrong as marks. */
+/** The last minute's states as bands, and below them marks for spills, active limits and missed deadlines. */
 export class Strip {
   readonly canvas = document.createElement('canvas');
   readonly #context = this.canvas.getContext('2d')!;
@@ -18,7 +21,7 @@ export class Strip {
 
   constructor() { this.repaint(); }
 
-  /** After another theme, whose colours are others. */
+  /** After a change of theme, which has other colours. */
   repaint(): void {
     this.#colors = STATES.map((state) => resolved(`var(--state-${state})`));
     this.#marks = ['var(--liquid)', 'var(--state-holding)', 'var(--ink)'].map(resolved);
