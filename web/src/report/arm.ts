@@ -15,7 +15,7 @@ function turn([x, y, z]: Vec3, angle: number): Matrix {
 const shift = ([x, y, z]: Vec3, by: number): Matrix => [[1, 0, 0, x * by], [0, 1, 0, y * by], [0, 0, 1, z * by], [0, 0, 0, 1]];
 const place = (pose: Matrix): Vec3 => [pose[0]![3]!, pose[1]![3]!, pose[2]![3]!];
 
-/** Where its joints and its tool are, base frame, m, and the tool's pose. */
+/** Positions of the joints and of the tool, base frame, m, and the tool's pose. */
 export function chain(robot: Pick<Robot, 'mount' | 'joints' | 'tool'>, q: ArrayLike<number>): { points: Vec3[]; pose: Matrix } {
   let pose: Matrix = robot.mount ?? IDENTITY;
   const points = [place(pose)];
@@ -28,12 +28,12 @@ export function chain(robot: Pick<Robot, 'mount' | 'joints' | 'tool'>, q: ArrayL
   return { points, pose };
 }
 
-/** Postures on the tool's way at most, and those of them that it came along last. */
+/** Most configurations along the tool's path, and the number of the latest that are emphasized. */
 const WAY = 3000, LATELY = 20;
-/** m, half of what stands for the tool; of the ground that is shown. */
+/** m: half the size of the tool symbol, and of the drawn ground. */
 const TOOL = 0.05, GROUND = 0.75;
 
-/** The arm as it was measured, as lines: where it is at a time, and the way of its tool. Drag to turn it. */
+/** The measured arm as lines: its configuration at a time, and the path of its tool. Drag to rotate the view. */
 export class ArmFigure {
   readonly #canvas: HTMLCanvasElement;
   readonly #told: HTMLElement;
@@ -59,7 +59,7 @@ export class ArmFigure {
     onResize(this.#canvas, () => this.draw());
   }
 
-  /** @param at s, from the begin */
+  /** @param at s, from the start */
   show(at: number): void {
     if (at === this.#at) return;
     this.#at = at;

@@ -5,14 +5,14 @@ import { resolved } from '../profiles';
 import type { Span } from '../replay/track';
 import type { Times, Values } from './data';
 
-/** A curve with times of its own. */
+/** A curve with its own times. */
 export interface Curve { t: Times; values: Values }
 export interface Series {
   label: string;
-  /** What it is called in files. */
+  /** Its name in files. */
   title?: string | undefined;
   color: string;
-  /** Of the profile with this index. */
+  /** Index of its profile. */
   profile?: number;
   dash?: number[] | undefined;
   fill?: string;
@@ -25,20 +25,20 @@ export interface ChartSpec {
   series: readonly Series[];
   unit?: string;
   plugins?: uPlot.Plugin[];
-  /** Of y. */
+  /** Of the y axis. */
   range?: Range;
   log?: boolean;
   gridOnTop?: boolean;
-  /** Without it the chart shares time, cursor and zoom with the others. */
+  /** If present, the chart shares no time, cursor and zoom with the others. */
   x?: { label: string; name: string; range: Range; value: (value: number | null) => string };
 }
 type Range = (u: uPlot, min: number, max: number) => [number, number];
 
-/** s between the ticks of an axis of time: steps that m:ss makes round. */
+/** s between the ticks of a time axis: steps that are round in m:ss. */
 const TIME_STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 1200, 1800, 3600];
-/** uPlot's word for a null that holds at the other curves' times around it, too. */
+/** uPlot's name for a null that also covers the other curves' times around it. */
 const EXPAND_NULLS = 2;
-/** uPlot's types have an enumeration that is not there when it runs. */
+/** uPlot declares these as an enumeration that does not exist at run time. */
 const ON_TOP = ['series', 'axes'] as unknown as uPlot.DrawOrderKey[];
 const FONT = '11px system-ui, sans-serif';
 
@@ -48,7 +48,7 @@ export function format(value: number | null | undefined, unit = '', digits = 3):
   return value.toFixed(Math.min(decimals, digits)) + (unit ? `\u00a0${unit}` : '');
 }
 
-/** m:ss of an axis, with as many decimals as its steps need. */
+/** m:ss on an axis, with as many decimals as its steps need. */
 export function clockTicks(ticks: readonly number[]): string[] {
   const step = ticks.length > 1 ? ticks[1]! - ticks[0]! : 1, decimals = Math.min(3, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
   return ticks.map((tick) => {
@@ -58,15 +58,15 @@ export function clockTicks(ticks: readonly number[]): string[] {
 }
 
 /**
- * Joins curves with times of their own into the columns of one plot: undefined where a curve has no value at another's time, which the line passes
- * over; null stays and breaks it.
+ * Joins curves with different times into the columns of one plot. A value is undefined where a curve has none at
+ * another curve's time, and the line passes over it; null stays and breaks the line.
  */
 export function columns(curves: readonly Curve[]): uPlot.AlignedData {
   const tables = curves.map(broken);
   return uPlot.join(tables, tables.map((table) => table.map(() => EXPAND_NULLS)));
 }
 
-/** With a null where nothing was planned for a while, so that no line joins what is before and after. */
+/** With a null where nothing was planned for a while, so that no line joins the parts before and after. */
 function broken({ t, values }: Curve): uPlot.AlignedData {
   const steps = t.slice(1).map((at, k) => at - t[k]!).sort((a, b) => a - b), gap = Math.max(0.5, 5 * (steps[steps.length >> 1] ?? 0));
   const times: number[] = [], kept: (number | null)[] = [];
@@ -81,7 +81,7 @@ function broken({ t, values }: Curve): uPlot.AlignedData {
   return [times, kept];
 }
 
-/** Paints over a plot, and no further. */
+/** Draws over a plot, clipped to it. */
 export const overlay = (paint: (u: uPlot) => void): uPlot.Plugin => ({
   hooks: {
     draw: (u) => {
@@ -117,23 +117,23 @@ export const lineMark = (at: number, text: string, color: string): uPlot.Plugin 
   ctx.fillText(...place);
 });
 
-/** Room above and below, and `values` inside. */
+/** A range with space above and below that includes `values`. */
 export const including = (...values: number[]): Range => (_u, min, max) => {
   const low = Math.min(min, ...values), high = Math.max(max, ...values);
-  const room = Math.max(0.06 * (high - low), 1e-3 * Math.max(Math.abs(low), Math.abs(high))) || 1; // what differs by rounding has no ticks
+  const room = Math.max(0.06 * (high - low), 1e-3 * Math.max(Math.abs(low), Math.abs(high))) || 1; // no ticks for differences by rounding
   return [low === 0 ? 0 : low - room, high + room];
 };
-/** Room above and below, and no less than `span`: what hardly moves has no ticks of its own. */
+/** A range with space above and below, and at least `span`: small changes need no ticks. */
 export const atLeast = (span: number): Range => (_u, min, max) => {
   const room = Math.max(0.56 * (max - min), 0.5 * span), middle = 0.5 * (min + max);
   return [middle - room, middle + room];
 };
-/** 0.09 of 0.0954: uPlot's logarithmic ticks never end where the axis begins with a number that is not round. */
+/** 0.09 for 0.0954: uPlot's logarithmic ticks never end if the axis begins with a number that is not round. */
 const roundDown = (value: number): number => {
   const exponent = Math.floor(Math.log10(value));
   return Number(`${Math.floor(value / 10 ** exponent)}e${exponent}`);
 };
-/** A logarithmic axis has no place for zero, and where nothing is drawn no ends. */
+/** A logarithmic axis cannot show zero, and without data it has no ends. */
 export const logRange = (...values: number[]): Range => (_u, min, max) => {
   const seen = [min, max, ...values].filter((value) => value > 0 && value < Infinity);
   return seen.length > 0 ? [roundDown(0.8 * Math.min(...seen)), 1.3 * Math.max(...seen)] : [0.1, 1];
@@ -142,7 +142,7 @@ export const logRange = (...values: number[]): Range => (_u, min, max) => {
 const plain = (tick: number | null): string => (tick === null ? '' : String(Number(tick.toPrecision(2))));
 const oneTwoFive = (tick: number): number | null => (/^[125]e/.test(Number(tick.toPrecision(6)).toExponential()) ? tick : null);
 const LOG_AXIS: Partial<uPlot.Axis> = { values: (_u, ticks) => ticks.map(plain), filter: (_u, ticks) => ticks.map(oneTwoFive) };
-/** px from the pointer to what is told as there: of a profile that led before or after, nothing is. */
+/** px, largest distance from the pointer to a value that is shown: profiles used at other times show none. */
 const nearby = (u: uPlot, _series: number, _k: number, t: number): number => Math.max(12, u.valToPos(t + 0.5, 'x') - u.valToPos(t, 'x'));
 
 function inner(figure: HTMLElement): number {
@@ -154,17 +154,17 @@ const height = (width: number): number => (width < 420 ? 190 : 230);
 /** All plots of a report, those over time on one axis. */
 export class Charts {
   readonly #charts: { spec: ChartSpec; plot: uPlot }[] = [];
-  /** Of the profiles; false: taken out. */
+  /** By profile; false: hidden. */
   readonly #shown: boolean[];
   #span: Span | null = null;
   #looks = false;
   #marked: number | null = null;
-  /** Another stretch is looked at; null: all. */
+  /** Another interval is shown; null: all. */
   onLook: (span: Span | null) => void = () => {};
-  /** The pointer is at this time in a plot; null: it has left. */
+  /** The pointer is at this time in a plot; null: it has left the plot. */
   onPoint: (t: number | null) => void = () => {};
 
-  /** @param whole s, that plots over time show at first; null: each what it has */
+  /** @param whole s, the first interval of plots over time; null: each plot shows all its data */
   constructor(profiles: number, private readonly whole: Span | null, private readonly time: (value: number | null) => string) {
     this.#shown = Array<boolean>(profiles).fill(true);
   }
@@ -182,7 +182,7 @@ export class Charts {
     });
   }
 
-  /** After another theme, or with other values. @param which of them; all if it is left out */
+  /** After a change of theme, or with other values. @param which plots; all if omitted */
   rebuild(which: (spec: ChartSpec) => boolean = () => true): void {
     for (const chart of this.#charts) {
       if (!which(chart.spec)) continue;
@@ -199,7 +199,7 @@ export class Charts {
 
   isShown(profile: number | undefined): boolean { return profile === undefined || this.#shown[profile]!; }
 
-  /** All plots over time show this stretch; null: all of it. */
+  /** All plots over time show this interval; null: all of it. */
   look(span: Span | null): void {
     if (this.#looks) return;
     this.#looks = true;
@@ -213,7 +213,7 @@ export class Charts {
     this.#place();
   }
 
-  /** A line at this time in all plots over time. */
+  /** Draws a line at this time in all plots over time. */
   mark(t: number): void {
     this.#marked = t;
     this.#place();
@@ -221,14 +221,14 @@ export class Charts {
 
   #place(): void {
     if (this.#marked === null) return;
-    requestAnimationFrame(() => { // scales are of the next picture
+    requestAnimationFrame(() => { // scales change with the next frame
       for (const plot of this.#overTime) plot.setCursor({ left: plot.valToPos(this.#marked!, 'x'), top: 0 }, false);
     });
   }
 
   get #overTime(): uPlot[] { return this.#charts.filter(({ spec }) => !spec.x).map(({ plot }) => plot); }
 
-  /** The begin and end of the recording, whatever part of it a plot has values of. */
+  /** From the start to the end of the recording, even if a plot has values of only a part of it. */
   readonly #range: Range = (u, min, max) => {
     const times = u.data[0], all = min === times[0] && max === times[times.length - 1];
     return all && this.whole ? [Math.min(min, this.whole[0]), Math.max(max, this.whole[1])] : [min, max];
@@ -261,7 +261,7 @@ export class Charts {
     return plot;
   }
 
-  /** What is zoomed in one plot is zoomed in all. */
+  /** Zooming one plot zooms all. */
   #follow(u: uPlot, key: string): void {
     const { min, max } = u.scales.x ?? {}, times = u.data[0];
     if (key !== 'x' || this.#looks || min === undefined || max === undefined || min === null || max === null || !u.status) return;

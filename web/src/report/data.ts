@@ -1,6 +1,6 @@
 import type { Motion } from '../replay/player';
 
-/** Curves by axis, in the base of the arm: m and degrees; null where an angle jumps. */
+/** Curves by axis, in the base frame of the arm: m and degrees; null where an angle jumps. */
 export type ByAxis = Readonly<Record<'x' | 'y' | 'z' | 'roll' | 'pitch' | 'yaw', Values>>;
 export type Values = (number | null)[];
 export type Times = number[];
@@ -8,14 +8,14 @@ export type Times = number[];
 /** Curves of all plans of one profile, over their times. */
 export type PlanCurve = keyof ByAxis | 'lateral' | 'vertical' | 'position_error' | 'orientation_error' | 'solve_time' | 'iterations' | 'distance';
 
-/** What one profile made of it. */
+/** Results of one profile. */
 export interface Result extends Readonly<Record<PlanCurve, Values>> {
   name: string;
   label: string;
-  /** By the name that a profile's file has; without one a remark. */
+  /** By the name in a profile's file; an entry without a name is a remark. */
   weights: readonly { name: string; text: string }[];
   led_s: number;
-  /** SI units, us; null: nobody knows. */
+  /** SI units, us; null: not known. */
   metrics: Readonly<Record<'spills' | 'spilled_share' | 'spills_per_minute' | 'lateral_mean' | 'lateral_max' | 'position_mean' | 'position_rms' | 'solve_mean', number | null>>;
   t: Times;
   objects: readonly string[];
@@ -31,10 +31,10 @@ export interface Result extends Readonly<Record<PlanCurve, Values>> {
   speeds: { t: Times; percent: readonly Values[] };
 }
 
-/** A row of the comparison; `best`: of which profile, -1: of none. */
+/** A row of the comparison; `best`: index of the best profile, -1: none. */
 export interface FigureRow { group: string; label: string; unit: string; meaning: string; best: number; texts: readonly string[] }
 
-/** Of a live session; times in s from its begin but those of `motion`, which has `zero_s` there. */
+/** Of a live session; times in s from its start, except those of `motion`, where the start is `zero_s`. */
 export interface Session {
   zero_s: number;
   begin: number;
@@ -43,12 +43,12 @@ export interface Session {
   has_glass: boolean;
   knows_liquid: boolean;
   latency: { t: Times; p50: Values; p99: Values };
-  /** As `steadyhand describe` prints it; empty: not recorded. */
+  /** As printed by `steadyhand describe`; empty: not recorded. */
   robot: string;
   motion: Motion | null;
 }
 
-/** What the program writes into the report's page (src/steadyhand/report/figures/page_data.cpp). */
+/** The data that the program writes into the report's page (src/steadyhand/report/figures/page_data.cpp). */
 export interface Report {
   recording: string;
   title: string;

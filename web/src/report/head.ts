@@ -12,30 +12,30 @@ const hasGlass = ({ session }: Pick<Report, 'session'>): boolean => session?.has
 export const toolOf = (report: Report): string => (hasGlass(report) ? 'glass' : 'gripper');
 
 const MONTHS = ['January', 'February', 'March', 'April', 'May', 'June', 'July', 'August', 'September', 'October', 'November', 'December'];
-/** "25 November 2026, 15:20:10" of a name that was made then; empty of other names. */
+/** "25 November 2026, 15:20:10" from a default name; empty for other names. */
 export function dateOf(name: string): string {
   const [, year, month, day, time, rest = ''] = /^(\d{4})-(\d\d)-(\d\d)_(\d\d-\d\d-\d\d)(.*)$/.exec(name) ?? [], called = MONTHS[Number(month) - 1];
   if (!year || !called) return '';
   return `${Number(day)} ${called} ${year}, ${time!.replaceAll('-', ':')}${rest.startsWith('_') ? ` (${rest.slice(1)})` : rest}`; // "_2": of the same program
 }
 
-/** What people call it, and when it was made, as far as that is known. */
+/** The title, and the date if it is known. */
 export function titleOf({ recording, title, recorded }: Pick<Report, 'recording' | 'title' | 'recorded'>): string {
   const named = dateOf(recording), began = dateOf(named ? recorded.replace(/ UTC$/, '') : recorded); // several files of a program have one name
   return [title || (named ? '' : recording), began || named].filter(Boolean).join(', ');
 }
 
-/** Spills that are listed without being asked for; of less than TRACE of the liquid none but the worst. */
+/** Most spills listed by default; spills of less than TRACE of the liquid are listed only if they are the largest. */
 const MOST_TOLD = 5, TRACE = 0.0005;
 
-/** The worst first; `rest` is folded away beneath `words`. */
+/** The largest first; `rest` is folded under `words`. */
 export function toldSpills(spills: readonly StoryEvent[]): { first: StoryEvent[]; rest: StoryEvent[]; words: string } {
   const share = ({ amount = 0 }: StoryEvent): number => amount, sorted = [...spills].sort((a, b) => share(b) - share(a)), traces = sorted.findIndex((spill, i) => i > 0 && share(spill) < TRACE);
   const count = Math.min(traces < 0 ? sorted.length : traces, MOST_TOLD), rest = sorted.slice(count), most = rest[0] ? share(rest[0]) : 0;
   return { first: sorted.slice(0, count), rest, words: `${rest.length} more, of ${most < TRACE ? '' : 'at most '}${percentText(most)} %` };
 }
 
-/** Whether the glass kept its liquid, how much it lost, and why: what one wants to know of a session. */
+/** Whether liquid was spilled, how much, and why: the main result of a session. */
 export function verdictOf(spills: readonly StoryEvent[], zero: number): HTMLElement {
   if (spills.length === 0) return made('p', { className: 'verdict' }, 'Nothing spilled.');
   const { first, rest, words } = toldSpills(spills);
@@ -44,7 +44,7 @@ export function verdictOf(spills: readonly StoryEvent[], zero: number): HTMLElem
   return made('div', { className: 'verdict spilled' }, made('p', {}, `Spilled ${spills.length === 1 ? 'once' : `${spills.length} times`}.`), made('ul', {}, ...first.map(line), ...more));
 }
 
-/** What the colours of the time line mean, of those that are in it. */
+/** Meaning of the colours that occur in the time line. */
 export function legendOf(events: readonly StoryEvent[]): HTMLElement[] {
   const states = new Set(events.flatMap(({ kind, what }) => (kind === 'state' ? [what] : []))), marks = new Set(events.flatMap(({ kind }) => (kind in MARKS ? [kind] : [])));
   const sign = (tag: 'i' | 'b', color: string, name: string): HTMLElement => {
@@ -55,7 +55,7 @@ export function legendOf(events: readonly StoryEvent[]): HTMLElement[] {
   return [...[...states].map((state) => sign('i', `var(--state-${state})`, state)), ...[...marks].map((kind) => sign('b', MARKS[kind]!, kindText(kind)))];
 }
 
-/** "13 % of P1 tracking" or "2.6 × P1 tracking"; empty: nothing to compare, or of a profile that hardly led. */
+/** "13 % of P1 tracking" or "2.6 × P1 tracking"; empty: nothing to compare, or a profile that was hardly used. */
 export function compared(value: number | null, first: number | null, label: string): string {
   const ratio = (value ?? NaN) / (first || NaN);
   if (!(ratio < 100)) return '';
@@ -75,7 +75,7 @@ export function rowsOf(report: Pick<Report, 'profiles' | 'session'>, { metrics: 
   const slosh: Row = ['lateral specific force, mean', sloshText(m.lateral_mean), 'm/s²', m.lateral_mean, first.lateral_mean];
   if (!report.session) return [slosh, ['tracking error, RMS', (1e3 * (m.position_rms ?? 0)).toFixed(1), 'mm', m.position_rms, first.position_rms], solve];
   const known = (of: (each: Result['metrics']) => boolean): boolean => report.profiles.some(({ metrics }) => of(metrics));
-  return [ // in the words and figures of the operator's page
+  return [ // same words and figures as on the operator's page
     ['engaged', timeText(led_s), ''],
     ...(known(({ spills }) => spills !== null) ? [['spilled', spillsText(m.spills ?? 0, m.spilled_share ?? 0), ''] as Row] : []),
     ...(known(({ spills }) => (spills ?? 0) > 0) ? [['spills per minute engaged', sloshText(m.spills_per_minute), '', m.spills_per_minute, first.spills_per_minute] as Row] : []),
@@ -85,7 +85,7 @@ export function rowsOf(report: Pick<Report, 'profiles' | 'session'>, { metrics: 
   ];
 }
 
-/** A card for each profile. @param onChoice it is taken out of the plots, or put back */
+/** A card for each profile. @param onChoice a profile is hidden in the plots, or shown again */
 export function cardsOf(report: Report, onChoice: (profile: number, shown: boolean) => void): HTMLElement[] {
   return report.profiles.map((profile, i) => {
     const rows = rowsOf(report, profile), box = made('input', { type: 'checkbox', checked: true });
@@ -124,7 +124,7 @@ export function tablesOf(report: Report): HTMLElement[] {
 
 export const meaningsOf = (report: Report): HTMLElement[] => report.figures.flatMap(({ label, meaning }) => [made('dt', {}, label), made('dd', {}, meaning)]);
 
-/** How curves and figures come about. */
+/** How the curves and figures are computed. */
 export function noteOf({ session, steps_per_point: steps, commands_per_point: commands }: Pick<Report, 'session' | 'steps_per_point' | 'commands_per_point'>): string {
   return [
     session && 'Curves of the motion show the plans. The time line, times engaged and lateral specific forces are measured.',

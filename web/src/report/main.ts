@@ -8,21 +8,21 @@ import { Charts } from './charts';
 import type { Report, Session } from './data';
 import { cardsOf, legendOf, meaningsOf, noteOf, tablesOf, timeText, titleOf, toolOf, verdictOf } from './head';
 import { showPlots } from './plots';
-import './report.css'; // after uPlot's own
+import './report.css'; // after uPlot's styles
 
-/** s before and after a time that a link leads to. */
+/** s shown before and after a time that a link opens. */
 const AROUND = 3;
-/** ms between two looks at what plays. */
+/** ms between two updates during playback. */
 const OFTEN = 100;
 const report = JSON.parse(document.getElementById('data')!.textContent!) as Report, { session } = report, root = document.documentElement;
 const by = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
-/** By the program that has the recordings; of a file, or of another server, nobody knows where they are. */
+/** Served by the program that has the recordings; from a file or another server their place is unknown. */
 const isServed = /^http.*\/sessions\/[^/]+\/report\.html$/.test(location.origin + location.pathname);
-/** The operator's page with this replay. */
+/** This replay on the operator's page. */
 const inScene = `../../#replay=${encodeURIComponent(report.recording)}`;
 
 const charts = new Charts(report.profiles.length, session ? [session.begin, session.end] : null, timeText);
-/** What else is drawn by hand, and so again after another theme. */
+/** Redraws the other canvases after a change of theme. */
 let repaintOthers = (): void => {};
 
 function showHead(): void {
@@ -49,7 +49,7 @@ function showHead(): void {
   by<HTMLAnchorElement>('to-replay').href = inScene;
 }
 
-/** Of a live session: what the page's replay has, and the arm. */
+/** For a live session: the replay of the operator's page, and the arm. */
 function showReplay({ motion, robot: text }: Session): void {
   if (!motion || motion.t_s.length < 2) return;
   by('story').hidden = false;
@@ -86,7 +86,7 @@ function showReplay({ motion, robot: text }: Session): void {
     arm?.show(seen);
   };
   setInterval(draw, OFTEN);
-  /** What the address says: #t=S from its begin. */
+  /** Reads the address: #t=S, s from the start. */
   const follow = (): void => {
     const at = Number(/^#t=([\d.]+)/.exec(location.hash)?.[1] ?? NaN);
     if (!Number.isFinite(at)) return;
@@ -102,7 +102,7 @@ function showReplay({ motion, robot: text }: Session): void {
   printShort();
 }
 
-/** Paper has the plots first, and of the events those that one looks for; report.css leaves out the others. */
+/** In print, the plots come first, with the important events only; report.css hides the others. */
 function printShort(): void {
   const story = by('story'), after = story.nextElementSibling!;
   addEventListener('beforeprint', () => {
@@ -144,7 +144,7 @@ function listenToButtons(): void {
   };
 }
 
-/** Links to the parts that this report has. */
+/** Links to the sections of this report. */
 function showContents(): void {
   for (const heading of document.querySelectorAll<HTMLElement>('main h2[id]')) {
     if (!heading.checkVisibility()) continue;

@@ -4,7 +4,7 @@ import { colorOf, resolved } from '../profiles';
 import { atLeast, type Charts, columns, format, including, lineMark, logRange, overlay, type Curve, type Series } from './charts';
 import type { ByAxis, PlanCurve, Report, Result } from './data';
 
-/** The second result of the same profile, with another scale say, has its colour and is dashed; and so on. */
+/** Dashes of the second and further results of one profile (with another scale, for example), which have its colour. */
 const DASHES: (number[] | undefined)[] = [undefined, [7, 3], [2, 3], [9, 3, 2, 3]];
 const LIMIT = 'var(--limit)', MUTED = 'var(--muted)', CONTACT = lineMark(0, 'contact', LIMIT);
 
@@ -13,7 +13,7 @@ export const profileDash = ({ profiles }: Report, i: number): number[] | undefin
 
 const chartFigure = (name: string): HTMLElement => document.querySelector<HTMLElement>(`[data-chart="${name}"]`)!;
 
-/** A tick at the bottom, in its profile's colour, for every step that failed. */
+/** A tick at the bottom, in the profile's colour, for each step that failed. */
 const failureMarks = (report: Report, charts: Charts): uPlot.Plugin => overlay(({ ctx, bbox, valToPos }) => {
   const size = 7 * uPlot.pxRatio;
   report.profiles.forEach(({ failures }, i) => {
@@ -24,14 +24,19 @@ const failureMarks = (report: Report, charts: Charts): uPlot.Plugin => overlay((
   });
 });
 
-/** The terms stacked, the sum first: each area is drawn over the one before, so what stays seen of it is its share. */
+/**
+ * The terms stacked, the sum first: each area is drawn over the last one, so the visible part of an area is its share.
+ */
 export function stacked({ t, shares }: Pick<Result, 't' | 'shares'>, relative: boolean): uPlot.AlignedData {
   const total = t.map((_, k) => shares.reduce((sum, share) => sum + share[k]!, 0)), sums = t.map(() => 0);
   const layers = shares.map((share) => share.map((value, k) => (sums[k]! += relative ? (total[k]! > 0 ? (100 * value) / total[k]! : 0) : value)));
   return columns(layers.reverse().map((values) => ({ t, values })));
 }
 
-/** From 0 to what all but a few points stay below, of those at which the arm had something to do: a spike leaves the others to be read. `say` gets what is cut off, or nothing. */
+/**
+ * From 0 to a limit for all but a few of the values that are not near zero: a spike must not hide the others. `say`
+ * gets a text about what is cut off, or an empty one.
+ */
 function withoutSpikes(values: ArrayLike<number | null | undefined>, max: number, say: (words: string) => void): [number, number] {
   const known = Array.from(values).filter((value): value is number => typeof value === 'number' && value > 1e-6 * max).sort((a, b) => a - b), usual = known[Math.floor(0.98 * (known.length - 1))] ?? 0;
   const cut = usual > 0 && max > 5 * usual;
@@ -39,7 +44,7 @@ function withoutSpikes(values: ArrayLike<number | null | undefined>, max: number
   return [0, cut ? 2 * usual : 1.05 * max || 1];
 }
 
-/** All plots of the plans; those of a session's own measurements are elsewhere. */
+/** All plots of the plans; those of a session's measurements are elsewhere. */
 export function showPlots(report: Report, charts: Charts): void {
   const { profiles, targets, session } = report, period = 1e3 / report.rate_hz;
   /** One line per profile, after the lines of `before`. */
@@ -83,7 +88,7 @@ export function showPlots(report: Report, charts: Charts): void {
   document.getElementById('around')!.hidden = profiles.every(({ objects }) => objects.length === 0);
 }
 
-/** Terms, objects and joints of one profile each in a figure of its own. */
+/** Terms, objects and joints, in separate figures for each profile. */
 function showProfile(report: Report, charts: Charts, profile: Result, i: number): void {
   const figure = (parent: string, ...more: HTMLElement[]): HTMLElement => {
     const swatch = made('span', { className: 'swatch' }), of = made('figure', {}, made('figcaption', {}, made('h3', {}, swatch, profile.label)), ...more);
@@ -124,5 +129,5 @@ function showProfile(report: Report, charts: Charts, profile: Result, i: number)
   });
 }
 
-/** Shares of the objective are shown in %. */
+/** The shares of the objective are shown in %. */
 const isRelative = (): boolean => document.getElementById('relative')!.getAttribute('aria-pressed') === 'true';
