@@ -1,4 +1,4 @@
-/** A file of the site. Throws in words for people: what is missing or wrong, and what to do. */
+/** Gets a file of the site. Throws a message for users: what is missing or wrong, and what to do. */
 export async function file(url: URL, what: string, type?: string): Promise<Response> {
   const name = url.pathname.split('/').pop() ?? url.pathname;
   const answer = await fetch(url).catch(() => null);
@@ -11,7 +11,7 @@ export async function file(url: URL, what: string, type?: string): Promise<Respo
   return answer;
 }
 
-/** Refuses what is not as long as the site's list says. */
+/** Throws if the length differs from that in the site's list. */
 export function whole(bytes: ArrayBuffer, expected: number | undefined, what: string): ArrayBuffer {
   if (expected !== undefined && bytes.byteLength !== expected) {
     throw new Error(`${what} is cut short: ${bytes.byteLength} of ${expected} bytes. Publish all files of the site's folder again.`);

@@ -1,4 +1,7 @@
-/** What a module of src/steadyhand/apps/browser/exports.cpp gives; times in s, texts as UTF-8 at an address in its memory. */
+/**
+ * Exports of a module (src/steadyhand/apps/browser/exports.cpp); times in s, texts as UTF-8 at an address in its
+ * memory.
+ */
 interface Exports {
   memory: WebAssembly.Memory;
   _initialize(): void;
@@ -16,30 +19,32 @@ interface Exports {
   answer_size(): number;
 }
 
-/** Whom the module calls. */
+/** Receives the module's calls. */
 export interface Listener {
   send(client: number, text: string, isState: boolean): void;
   close(client: number): void;
-  /** More of a recording; no bytes: it is complete. */
+  /** More bytes of a recording; no bytes: it is complete. */
   keep(name: string, bytes: Uint8Array<ArrayBuffer>): void;
 }
 
-/** WASI's number for what a browser does not have. */
+/** WASI's error number for what a browser does not have, and of its monotonic clock. */
 const NOT_SUPPORTED = 58, MONOTONIC = 1;
 
-/** Some browsers switch it off for those who ask for most safety. */
+/** Some browsers switch it off in their strictest security mode. */
 export const hasWebAssembly = (): boolean => typeof WebAssembly === 'object';
 
-/** Whether this browser computes on two doubles at once in WebAssembly: the smallest module that asks for it. */
+/**
+ * Whether this browser has SIMD (two doubles at once) in WebAssembly: tested with the smallest module that needs it.
+ */
 export const hasSimd = (): boolean => hasWebAssembly() && WebAssembly.validate(new Uint8Array([
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
 
-/** The library as a module: a session, and the plans that show that it plans as elsewhere. */
+/** The library as a module: a session, and plans for comparison with other platforms. */
 export class Module {
   readonly #exports: Exports;
   readonly #encoder = new TextEncoder();
   readonly #decoder = new TextDecoder();
-  /** What the module said last: the reason why something could not be done. */
+  /** The module's last message: the reason for a failure. */
   #said = '';
 
   private constructor(compiled: WebAssembly.Module, private readonly listener: Listener) {
@@ -55,7 +60,10 @@ export class Module {
     return new Module(await WebAssembly.compile(bytes), listener);
   }
 
-  /** Throws the reason why there can be none. @param rateHz planning steps a second; 0: what this machine sustains */
+  /**
+   * Throws the reason if there can be no session.
+   * @param rateHz planning steps a second; 0: what this machine sustains
+   */
   begin(setup: string, rateHz = 0): void { this.#must((text, size) => this.#exports.begin(text, size, rateHz), setup); }
   advance(now: number): void { this.#or(() => this.#exports.advance(now)); }
   join(client: number, now: number): void { this.#or(() => this.#exports.join(client, now)); }
@@ -72,7 +80,7 @@ export class Module {
     this.#must((text, size) => this.#exports.play(text, size, seconds), setup);
     return JSON.parse(this.#answer());
   }
-  /** s, of pauses: what the session's clock is behind this one by now. */
+  /** s, total of pauses: how far the session's clock is behind this one. */
   get leftOut(): number { return this.#exports.left_out(); }
   /** bytes */
   get memory(): number { return this.#exports.memory.buffer.byteLength; }
@@ -92,7 +100,7 @@ export class Module {
     this.#with(text, (at, size) => { if (this.#or(() => call(at, size)) !== 0) throw new Error(this.#said); });
   }
 
-  /** A module that trapped has said why, or has not. */
+  /** If the module traps, throws its last message, or else the browser's error. */
   #or<T>(call: () => T): T {
     try {
       return call();
@@ -111,7 +119,7 @@ export class Module {
     };
   }
 
-  /** Of an operating system: a clock, random bytes, and where complaints go. No files. */
+  /** Imports of an operating system: a clock, random bytes, and error output. No files. */
   #system(): WebAssembly.ModuleImports {
     const view = () => new DataView(this.#exports.memory.buffer);
     return {

@@ -5,7 +5,7 @@ import type { Begin, Failure, Kept } from './worker';
 /** The part of a WebSocket that a connection uses. */
 export type Socket = Pick<WebSocket, 'send' | 'close' | 'readyState' | 'bufferedAmount' | 'onopen' | 'onmessage' | 'onclose'>;
 
-/** A session in a Worker of this page, as a WebSocket to a program would be. */
+/** A session in a Worker of this page, with the interface of a WebSocket to a program. */
 export class PortSocket implements Socket {
   onopen: WebSocket['onopen'] = null;
   onmessage: WebSocket['onmessage'] = null;
@@ -14,7 +14,7 @@ export class PortSocket implements Socket {
   readonly bufferedAmount = 0;
   readonly #worker: Worker;
 
-  /** @param onFailure why there is no session, or none any more, in words for people */
+  /** @param onFailure receives a message for users: why there is no session, or why it ended */
   constructor(begin: Begin, private readonly onFailure: (why: string) => void, private readonly onKept: (kept: Kept) => void) {
     this.#worker = new Worker(new URL('./worker.ts', import.meta.url), { type: 'module' });
     this.#worker.onmessage = (event: MessageEvent<string | null | Failure | Kept>) => this.#take(event.data);
@@ -38,7 +38,7 @@ export class PortSocket implements Socket {
     } else if (typeof data === 'string') {
       this.onmessage?.call(socket, new MessageEvent('message', { data }));
       if (data.startsWith('{"type":"state"')) this.#worker.postMessage(TAKEN);
-      // Who has the page has the Worker, too: no code need be typed.
+      // The Worker belongs to this page, so the operator need not type a code.
       if (data.startsWith('{"type":"welcome"')) this.send('{"type":"pair","code":"local"}');
     } else if ('recording' in data) {
       this.onKept(data);

@@ -2,28 +2,28 @@ import { file, whole } from './files';
 import { Module } from './module';
 import { TAKEN } from './taken';
 
-/** Page to Worker: who it is and what session it wants, once; then messages of docs/reference/protocol.md as text. */
+/** Page to Worker: one Begin (site, robot, SIMD); then messages of docs/reference/protocol.md as text. */
 export interface Begin { site: string; robot: string; simd: boolean }
-/** Worker to page, beside such messages: it cannot go on. */
+/** Worker to page, in addition to such messages: it cannot continue. */
 export interface Failure { failure: string }
-/** The same: more of what it records; no bytes: that is complete. */
+/** Worker to page: more bytes of a recording; no bytes: it is complete. */
 export interface Kept { recording: string; bytes: Uint8Array<ArrayBuffer> }
 
-/** What `./steadyhand site` writes beside the page (web/tools/make_site.mjs). */
+/** Written next to the page by `./steadyhand site` (web/tools/make_site.mjs). */
 interface Site { robots: string[]; bytes: Record<string, number> }
 
-/** ms between two looks at the clock. Browsers make it 4; in a tab that nobody sees perhaps 1000. */
+/** ms between two reads of the clock. Browsers make it 4; in a hidden tab perhaps 1000. */
 const PERIOD = 2;
 const PAGE = 1;
-/** This Worker's side of its page's port; the page's types call it a window. */
+/** This Worker's side of its page's port; the page's types declare it as a window. */
 const port = self as unknown as { postMessage(data: string | null | Failure | Kept, transfer?: Transferable[]): void; onmessage(event: MessageEvent<unknown>): void };
 const now = (): number => performance.now() / 1000;
 
 let module: Module | null = null;
-/** The page has not taken the last state yet, and what goes to it after that. */
+/** The page has not taken the last state yet; `waiting` is sent after that. */
 let underWay = false;
 let waiting: string | null = null;
-/** The session's last state, whoever has heard of it. */
+/** The session's last state, whether the page has taken it or not. */
 let latest = '';
 
 function fail(error: unknown): void {
@@ -55,9 +55,9 @@ function take(data: unknown): void {
 async function begin({ site, robot, simd }: Begin): Promise<void> {
   const get = async (name: string, what: string, type: string) => (await file(new URL(name, site), what, type)).arrayBuffer();
   const name = simd ? 'steadyhand.wasm' : 'steadyhand-plain.wasm';
-  // It takes longest, and does not wait for the list, which says how long it must be.
+  // The largest file is requested first, before the list with its length.
   const planner = get(name, 'The planner', 'application/wasm');
-  planner.catch(() => {}); // heard below
+  planner.catch(() => {}); // handled below
   const told = (await (await file(new URL('site.json', site), "The site's list")).json().catch(() => {
     throw new Error("The site's list (site.json) is not JSON: publish all files of the site's folder again.");
   })) as Site;
@@ -73,13 +73,13 @@ async function begin({ site, robot, simd }: Begin): Promise<void> {
   loaded.begin(new TextDecoder().decode(setup));
   loaded.join(PAGE, now());
   module = loaded;
-  port.postMessage(null); // open
+  port.postMessage(null); // the connection is open
   setInterval(() => {
     try { module?.advance(now()); } catch (error) { fail(error); }
   }, PERIOD);
 }
 
-/** For tests and the curious: bytes that the planner has, s of pauses that did not happen, the last state. */
+/** For tests and diagnosis: bytes used by the planner, s of left-out pauses, the last state. */
 Object.assign(self, { steadyhand: { memory: () => module?.memory ?? 0, leftOut: () => module?.leftOut ?? 0, latest: () => latest } });
 
 port.onmessage = (event) => {
