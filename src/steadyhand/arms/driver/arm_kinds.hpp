@@ -6,11 +6,11 @@
 
 namespace steadyhand {
 
-/// An arm that the program can lead.
+/// An arm that the program can control.
 struct ArmKind {
   std::string_view name;   ///< in settings and on the command line
-  std::string_view guide;  ///< of docs/; empty: none
-  bool hardware = false;   ///< it moves what can hurt somebody, see ArmInfo::hardware
+  std::string_view guide;  ///< a file in docs/; empty: none
+  bool hardware = false;   ///< it moves and can hurt people, see ArmInfo::hardware
   bool has_host = false;   ///< its controller has an address that must be given
 };
 

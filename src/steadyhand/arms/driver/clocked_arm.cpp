@@ -24,12 +24,12 @@ void ClockedArm::send(const JointCommand& command) {
 }
 
 ArmState ClockedArm::receive() {
-  if (cycle_ == 0) {  // nobody can have sent commands before
+  if (cycle_ == 0) {  // no command can have arrived before
     now_ = clock_->now();
     restart();
   }
   const Time target = now_ + period_;
-  const auto late = std::max(Time(0), clock_->now() - target) / period_;  // whole cycles slept through
+  const auto late = std::max(Time(0), clock_->now() - target) / period_;  // whole cycles missed
   clock_->sleep_until(target + late * period_);
   for (int i = 0; i <= late; ++i) {
     interface_.advance(now_ + period_);

@@ -6,8 +6,7 @@
 
 namespace steadyhand {
 
-/// An arm that exists in the program only: a clock paces its cycles, and it takes commands as PositionInterface says.
-/// What moves it derives from this.
+/// A simulated arm: a clock paces its cycles, and it takes commands as PositionInterface does. Subclasses move it.
 class ClockedArm : public Arm {
  public:
   const ArmInfo& info() const override { return info_; }
@@ -16,7 +15,7 @@ class ClockedArm : public Arm {
   void restart() override { interface_.restart(now_); }
 
  protected:
-  /// Stands at `q`; its time begins with the first receive(). Model and clock must outlive it.
+  /// The arm starts at `q`; its time begins with the first receive(). Model and clock must outlive it.
   ClockedArm(const RobotModel& model, const JointVector& q, ArmInfo info, const PositionInterfaceSettings& settings,
              Clock& clock);
   /// Moves q_ and dq_ over the cycle that began at now_ to its end, a period later.

@@ -6,10 +6,10 @@ namespace steadyhand {
 
 namespace {
 
-/// How far beyond a limit a command may be, for rounding in whoever made it.
+/// How far a command may exceed a limit, to allow for rounding at its source.
 constexpr double kPositionMargin = 1e-4;                           // rad (m)
 constexpr double kSpeedMargin = 0.01, kAccelerationMargin = 0.05;  // shares
-/// From where the arm stands to the first command, at most.
+/// Most from the arm's position to the first command.
 constexpr double kFirstStep = 0.01;  // rad (m)
 
 }  // namespace

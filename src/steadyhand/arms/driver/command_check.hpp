@@ -8,7 +8,7 @@
 namespace steadyhand {
 
 /// Whether commands, one after the other, are finite, inside the model's position, velocity and acceleration limits (by
-/// differences of positions) and begin where the arm stands. What every arm asks before it moves. Allocates nothing.
+/// differences of positions) and begin at the arm's position. Every arm checks this before it moves. Allocates nothing.
 class CommandCheck {
  public:
   /// The model must outlive it.
@@ -16,9 +16,9 @@ class CommandCheck {
 
   /// The next command is the first.
   void restart() { received_ = 0; }
-  /// Why a command is refused; empty, and then it is remembered, if it is not. @param q where the arm stands
+  /// Why a command is refused; empty if it is accepted, which also stores it. @param q the arm's position
   std::string_view refusal(const JointCommand& command, const JointVector& q);
-  /// The arm's own set-point, where none came: what comes next is to continue that.
+  /// Stores the arm's own set-point of a cycle without a command: the next command must continue it.
   void take(const JointCommand& command);
 
  private:

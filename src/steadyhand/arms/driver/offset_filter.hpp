@@ -15,7 +15,7 @@ class OffsetFilter {
   void reset() { *this = OffsetFilter(); }
 
   /// @param theirs stamp of a message on their clock, later than the last one's @param ours when it came, on ours
-  /// @param at_once the estimate may jump, since nobody counts on its evenness
+  /// @param at_once the estimate may jump: nothing needs it to be smooth now
   /// @return their stamp on our clock
   Time update(Time theirs, Time ours, bool at_once) {
     const Time difference = ours - theirs;

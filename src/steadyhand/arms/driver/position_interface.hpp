@@ -14,10 +14,10 @@ struct PositionInterfaceSettings {
   double start_time = 0.05;      ///< s from restart() to following
 };
 
-/// How an arm that exists in the program only takes set-points. In a cycle without a command it carries its motion on,
-/// and soon brakes. As a UR does, it stops by itself and stays so until restart() when a command is not finite, is out
-/// of the position, velocity or acceleration limits (by differences of positions, from cycle to cycle, its own
-/// set-points too), or steps, and when none came for a while. Allocates nothing.
+/// How a simulated arm takes set-points. In a cycle without a command it continues its motion, and soon brakes. Like a
+/// UR, it stops by itself until restart() if a command is not finite, steps, or exceeds a position, velocity or
+/// acceleration limit, or if no command comes for a while. Speeds and accelerations are differences of positions from
+/// cycle to cycle, its own set-points included. Allocates nothing.
 class PositionInterface {
  public:
   /// The model must outlive it.
@@ -27,7 +27,7 @@ class PositionInterface {
   void stop(std::string_view reason);
   /// From the cycle that began a period before `now` to the next, at `now`.
   void advance(Time now);
-  /// @param q where the arm stands
+  /// @param q the arm's position
   void send(const JointCommand& command, const JointVector& q);
 
   ArmStatus status() const { return status_; }

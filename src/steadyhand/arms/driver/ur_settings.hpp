@@ -8,13 +8,13 @@
 namespace steadyhand {
 
 struct UrProgramSettings {
-  int session = 1;                ///< of set-points it obeys; others are not for it
+  int session = 1;                ///< session number of the set-points that it follows; it ignores others
   double step = 0.002;            ///< s, of the controller's cycle
   int bridged = 2;                ///< lost cycles over which set-points are extrapolated
-  double timeout = 0.05;          ///< s without a new set-point after which it brakes to rest and ends
+  double timeout = 0.05;          ///< s without a new set-point after which it brakes, stops and ends
   double first_wait = 2.0;        ///< s that it waits for the first set-point
-  double start_tolerance = 0.05;  ///< rad, of the first set-point to where the arm stands, all joints together
-  double return_tolerance = 0.1;  ///< rad, of a set-point to where the arm is after a gap, any joint
+  double start_tolerance = 0.05;  ///< rad, from the arm's position to the first set-point, all joints together
+  double return_tolerance = 0.1;  ///< rad, from the arm's position after a gap to a set-point, any joint
   double braking = 10.0;          ///< rad/s^2, when set-points are missing
   double rejoin = 1.3;           ///< times acceleration_max: the most on the way back, so that plans are caught up with
   double state_period = 0.0;     ///< s between states over RTDE, if that is not each cycle; 0: it is
@@ -24,21 +24,21 @@ struct UrProgramSettings {
   JointVector acceleration_max;  ///< rad/s^2, of the plans. Six.
 };
 
-/// Of a Robotiq gripper on the arm's wrist.
+/// Settings for a Robotiq gripper on the arm's wrist.
 struct RobotiqSettings {
-  double speed = 1.0;    ///< of the fingers, share of their most
-  double force = 0.2;    ///< of the grip, share of its most
+  double speed = 1.0;    ///< speed of the fingers, share of the maximum
+  double force = 0.2;    ///< gripping force, share of the maximum
   double timeout = 0.5;  ///< s for each answer
 };
 
-/// How to reach a Universal Robots arm, and what to ask of it. docs/reference/ur.md has the whole story.
+/// How to reach a Universal Robots arm, and what to ask of it. See docs/reference/ur.md.
 struct UrSettings {
   std::string host;
   std::uint16_t rtde_port = 30004, script_port = 30001;
-  std::uint16_t gripper_port = 63352;  ///< of the gripper's URCap, where the robot has a gripper; 0: leave it alone
+  std::uint16_t gripper_port = 63352;  ///< port of the gripper's URCap, if the robot has a gripper; 0: do not use it
   RobotiqSettings gripper;
   UrProgramSettings program;    ///< its session, limits and state_period are set by the arm
-  double state_timeout = 0.04;  ///< s without a word from the controller after which the arm counts as stopped
+  double state_timeout = 0.04;  ///< s without a message from the controller after which the arm counts as stopped
   double start_within = 5.0;    ///< s in which the controller has to start the program
   double start_tolerance =
       0.02;              ///< rad, between where the controller wants the joints and where they are, at the start
