@@ -14,9 +14,9 @@ namespace steadyhand {
 namespace {
 
 constexpr double kLongestStep = 0.001;  // s, of the simulation: a grasp is stiff
-/// How fast an arm that is behind its command comes after, as a share of its speed limit.
+/// How fast an arm that lags behind its command catches up, as a share of its speed limit.
 constexpr double kCatchUp = 0.25;
-/// Of a gripper whose robot's file does not say it.
+/// Closing time of a gripper if the robot's file does not give it.
 constexpr double kClosesIn = 0.6;  // s
 constexpr Time kShowPeriod = std::chrono::milliseconds(10);
 
@@ -160,7 +160,7 @@ bool MujocoArm::touches_forbidden() const {
   return false;
 }
 
-/// Where somebody asked for it.
+/// Places things at the poses that set_up() asked for.
 void MujocoArm::place_things() {
   Places places;
   if (!asked_.read(places)) return;

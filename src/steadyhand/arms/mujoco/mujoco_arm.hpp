@@ -15,29 +15,28 @@ namespace steadyhand {
 
 struct SceneModel;
 
-/// Where everything of a simulation is, for whoever draws it.
+/// The poses of everything in a simulation, for drawing.
 struct SceneView {
   static constexpr int kMaxNumbers = 1024;
   Time at{0};
   std::array<double, kMaxNumbers> numbers{};  ///< MuJoCo's qpos, mocap_pos and mocap_quat, in this order
 };
 
-/// An arm in a simulated scene with contact: MuJoCo moves it, its joints have servos of limited torque, and what it
-/// touches gives way or does not. No hardware.
+/// An arm in a simulated scene with contact: MuJoCo moves it, its joints have servos of limited torque, and objects
+/// that it touches give way or do not. No hardware.
 ///
-/// A servo's torque is what the motion of the command takes (inverse dynamics of the arm alone), and stiffness and
-/// damping against the error; by how much the latter counts at most, ContactPolicy says.
+/// A servo's torque is the torque for the commanded motion (inverse dynamics of the arm alone) plus stiffness and
+/// damping against the error. ContactPolicy limits the latter.
 class MujocoArm final : public ClockedArm, public SimulatedScene {
  public:
-  /// Stands at the model's home, as the scene does at first. Fails as make_scene_model. Model and clock must outlive
-  /// it.
-  /// @param cell what stands around it and does not move
+  /// The arm starts at the model's home, as the scene does. Fails as make_scene_model. Model and clock must outlive it.
+  /// @param cell obstacles that do not move
   static Result<std::unique_ptr<MujocoArm>> make(const RobotModel& model, const ChainDynamics& dynamics,
                                                  const Cell& cell, const Task& task, const MujocoSettings& settings,
                                                  Clock& clock);
   ~MujocoArm() override;
 
-  /// In one of the next cycles.
+  /// Takes effect in one of the next cycles.
   Status set_up(std::uint64_t seed) override;
   bool read_scene(SceneState& state) override { return shown_.read(state); }
 
@@ -45,7 +44,7 @@ class MujocoArm final : public ClockedArm, public SimulatedScene {
   Status show_views();
   /// The newest view since the last call, if there is one. One thread.
   bool read_view(SceneView& view) { return views_.read(view); }
-  /// What is simulated, for the arm's life; but for the limits of its actuators, which change.
+  /// The simulated scene; constant for the arm's life, except the limits of its actuators.
   const SceneModel& scene_model() const;
 
   /// N, of all contacts of the arm. Thread of receive().
@@ -71,7 +70,7 @@ class MujocoArm final : public ClockedArm, public SimulatedScene {
   MujocoSettings settings_;
   std::unique_ptr<Simulation> simulation_;
   JointCommand held_;  ///< what the servos hold
-  bool led_ = false;   ///< by commands, in the last cycle
+  bool led_ = false;   ///< moved by commands in the last cycle
   LatestValue<Places> asked_;
   LatestValue<SceneState> shown_;
   SceneState state_;

@@ -203,7 +203,8 @@ void find_gripper(SceneModel& scene) {
   if (scene.gripper >= 0) scene.gripper_closed = model->actuator_ctrlrange[2 * scene.gripper + 1];
 }
 
-/// Whether something of the arm may touch what is kept off: its body or link, or what the tool stands for, is named.
+/// Whether this geom of the arm may touch the kept-off object: its body or link is named, or a body that the tool's
+/// geometry replaces.
 bool may_touch(const KeptOff& kept, const RobotModel& arm, const Task& task, const mjModel& model, int geom) {
   const auto named = [&](const std::string& name) {
     return std::count(kept.may_be_touched_by.begin(), kept.may_be_touched_by.end(), name) > 0;
@@ -392,7 +393,7 @@ Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, 
   for (const Placing& placing : task.placings) {
     const std::string& name = task.things[placing.thing];
     const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
-    if (body < 0) continue;  // told where the arm's scene is made
+    if (body < 0) continue;  // make_scene_model reports it
     for (int i = 0; i < model.body_geomnum[body]; ++i) {
       const int geom = model.body_geomadr[body] + i;
       double R[9];
