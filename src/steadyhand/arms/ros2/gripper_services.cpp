@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kCycloneDds = 0x0110;
 
-/// The messages of an action's services; numbered: behind who asks, and which of its requests it is.
+/// The messages of an action's services; if numbered, the client's id and the request's number come first.
 template <bool kIsNumbered, typename Goal, typename Answer, typename Question, typename Result, typename Cancel>
 struct ServiceMessages {
   static constexpr bool kNumbered = kIsNumbered;
@@ -42,7 +42,7 @@ auto& body_of(Message& message) {
   }
 }
 
-/// What a goal of a joint's state points to.
+/// Memory that a goal with a joint's state points to.
 struct JointGoal {
   std::string name, frame;
   std::vector<char*> names;
@@ -153,7 +153,7 @@ struct GripperServices::WayOf final : Way {
     if constexpr (kNumbered) request.id = {client_, number};
     (void)publisher.send(request);
   }
-  /// To the newest request of this kind, as far as it says.
+  /// Whether it answers our newest request of this kind, as far as the message shows.
   template <typename Message>
   bool belongs(const Message& answer, const std::atomic<std::int64_t>& newest) const {
     if constexpr (kNumbered) {

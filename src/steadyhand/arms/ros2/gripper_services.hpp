@@ -10,9 +10,9 @@
 namespace steadyhand {
 
 /// The three services of an action GripperCommand, or of its successor ParallelGripperCommand. Middlewares of ROS
-/// disagree on how an answer says to which request it belongs: Cyclone DDS's puts that into the message, the others
-/// beside it, where DDS's interface does not show it. So answers there may be another client's, which who listens has
-/// to bear.
+/// differ in how an answer names its request: Cyclone DDS's puts that into the message, the others next to it, where
+/// DDS's interface does not show it. With those, an answer may belong to another client's request; the callbacks must
+/// allow for that.
 class GripperServices {
  public:
   using OnAnswer = std::function<void(bool accepted)>;
@@ -39,8 +39,8 @@ class GripperServices {
   std::string action_, joint_;
   OnAnswer on_answer_;
   OnResult on_result_;
-  std::unique_ptr<Way> ways_[2][2];  ///< by whether it is parallel, and numbered
-  Way* way_ = nullptr;               ///< of the newest server; null: none was seen
+  std::unique_ptr<Way> ways_[2][2];  ///< index: is parallel, is numbered
+  Way* way_ = nullptr;               ///< way of the newest server; null: no server was seen
 };
 
 }  // namespace steadyhand

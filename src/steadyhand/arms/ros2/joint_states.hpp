@@ -27,7 +27,7 @@ class ClockPace {
   bool update(Time theirs, Time ours);
 
  private:
-  int blocks_ = 0;  ///< begun
+  int blocks_ = 0;  ///< started so far
   Time begin_{0}, least_{0}, before_{0}, drift_{0};
   bool off_ = false;
 };

@@ -22,7 +22,7 @@ auto elements(const Sequence& sequence) {
   return std::span(sequence._buffer, sequence._length);
 }
 
-/// What is wrong, for the object whose message it is.
+/// An error in the message of one object.
 struct Wrong {
   std::string reason;
 };
@@ -99,7 +99,7 @@ SceneObject read_attached(const AttachedObjectMessage& message) {
   return object;
 }
 
-/// What reads it, with the object's id before what is wrong with it.
+/// Calls `read`, and puts the object's id before the error.
 template <typename Message, typename Read>
 SceneObject named(const Message& message, const char* id, const Read& read) {
   if (*id != '\0' && !is_name(id)) throw Wrong{"an object has an id with control characters"};
@@ -127,7 +127,7 @@ std::string hex(const std_msgs_msg_dds__ColorRGBA_& color) {
   return fmt::format("#{:02x}{:02x}{:02x}", byte(color.r), byte(color.g), byte(color.b));
 }
 
-/// Of the object of this id.
+/// Whether it is a part of the object with this id.
 bool is_part(const CellObject& object, const std::string& id) {
   return object.name == id || object.name.starts_with(id + "/");
 }
@@ -153,7 +153,7 @@ Result<Cell> for_each_name(const std::vector<std::string>& names, Result<Cell> c
   return cell;
 }
 
-/// The tool lets go of it, or of all where no object is named.
+/// The tool releases this object, or all if no object is named.
 Result<Cell> release(const SceneObject& object, Cell cell, const Kinematics& arm) {
   std::vector<std::string> names;
   for (const CellObject& each : cell.objects) {
@@ -248,7 +248,7 @@ Result<Cell> SceneKeeper::apply(const SceneObject& object, Cell cell, const Kine
 }
 
 Result<Cell> SceneKeeper::remove(const SceneObject& object, Cell cell) {
-  if (object.id.empty()) {  // what came from elsewhere, and what is carried, stays
+  if (object.id.empty()) {  // objects from other sources, and carried ones, stay
     std::erase_if(cell.objects, [&](const CellObject& each) {
       const auto mine = [&](const auto& known) { return is_part(each, known.first); };
       return !each.attached && std::any_of(parts_.begin(), parts_.end(), mine);

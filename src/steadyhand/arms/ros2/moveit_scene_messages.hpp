@@ -9,36 +9,36 @@
 
 namespace steadyhand {
 
-/// What a message of MoveIt's says of one object: moveit_msgs/CollisionObject or AttachedCollisionObject.
+/// One object in a message of MoveIt's: moveit_msgs/CollisionObject or AttachedCollisionObject.
 struct SceneObject {
   /// The numbers are CollisionObject's.
   enum class Operation { kAdd = 0, kRemove = 1, kAppend = 2, kMove = 3 };
   Operation operation = Operation::kAdd;
   std::string id;     ///< empty, to be removed or detached: all of them
-  std::string frame;  ///< whose its pose is
+  std::string frame;  ///< of `pose`
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   std::vector<CellObject> parts;         ///< a shape each, their origins in `pose`
-  bool attached = false;                 ///< the tool takes it, or, if removed, lets go of it
-  std::string link;                      ///< that carries it
-  std::vector<std::string> touch_links;  ///< of the arm, which may touch it
+  bool attached = false;                 ///< the tool takes it, or, if removed, releases it
+  std::string link;                      ///< the link that carries it
+  std::vector<std::string> touch_links;  ///< links of the arm that may touch it
   std::string color{};                   ///< "#rrggbb", or empty
 };
 
-/// What one message changes.
+/// The changes by one message.
 struct SceneChange {
-  bool replaces = false;  ///< all that came by such messages before goes
+  bool replaces = false;  ///< removes all objects of earlier messages
   std::vector<SceneObject> objects;
 };
 
-/// Boxes, spheres and cylinders, and each cone as the cylinder around it. Fails on all else that has a shape (meshes,
-/// planes, prisms, voxels: what is not read would not be kept clear of), sizes that are none, poses that are not finite
-/// or have no unit quaternion (all zero counts as none given), with the object's id.
+/// Boxes, spheres and cylinders, and each cone as the cylinder around it. Fails, with the object's id, on other
+/// shapes (meshes, planes, prisms, voxels: the arm would not avoid them), on invalid sizes, and on poses that are not
+/// finite or have no unit quaternion (all zero counts as none given).
 Result<SceneChange> read(const CollisionObjectMessage& message);
 Result<SceneChange> read(const AttachedObjectMessage& message);
 Result<SceneChange> read(const PlanningSceneMessage& message);
 
-/// Keeps a cell as MoveIt's messages want it. The parts of an object of several shapes are called ID, ID/2, ID/3...
-/// What is in the cell from elsewhere stays, unless a message names it.
+/// Updates a cell by MoveIt's messages. The parts of an object of several shapes are called ID, ID/2, ID/3...
+/// Objects from other sources stay in the cell, unless a message names them.
 class SceneKeeper {
  public:
   /// @param prefix of the names of frames and links on the ROS side

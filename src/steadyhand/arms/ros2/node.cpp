@@ -62,7 +62,8 @@ Qos make_qos(bool reliable, int depth, const Ros2Type& type) {
   return qos;
 }
 
-/// What this computer is called by those on it: its loopback, which some take no word from, and its other interfaces.
+/// Addresses of this computer for nodes on it: its loopback, on which some nodes accept no messages, and its other
+/// interfaces.
 std::vector<std::string> own_addresses() {
   std::vector<std::string> found = {"127.0.0.1"};
   ifaddrs* list = nullptr;

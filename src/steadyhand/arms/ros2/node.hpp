@@ -14,7 +14,7 @@
 
 namespace steadyhand {
 
-/// Who sent a message: another number for each publisher that this process received from.
+/// Number of the publisher that sent a message; unique in this process.
 using Ros2PublisherId = std::uint64_t;
 
 /// A ROS 2 domain: `wanted`, or, if that is -1, the one that ROS_DOMAIN_ID names, or 0. Fails on what is no domain.
@@ -22,11 +22,11 @@ Result<int> ros2_domain(int wanted = -1);
 
 /// Cyclone DDS's configuration with which others are found as ROS nodes find each other: by
 /// ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS, then CYCLONEDDS_URI, which wins. Nodes on this computer are
-/// found whatever the range is, also those that listen to no multicast. Fails on a range that finds nobody.
+/// found with every range, also those that do not listen to multicast. Fails on a range that finds no node.
 Result<std::string> ros2_discovery();
 
-/// Asks for real-time priority for the calling thread and those that it makes, below that of control; without it they
-/// are as slow as the machine is busy.
+/// Asks for real-time priority for the calling thread and those that it makes, below that of control. Without it, load
+/// on the machine delays them.
 void prefer_this_thread();
 
 /// A topic of ROS, or a service's requests or replies, which are topics on DDS too.
@@ -66,7 +66,7 @@ class Ros2Subscription {
  public:
   Ros2Subscription() = default;
   explicit Ros2Subscription(dds_entity_t reader) : reader_(reader) {}
-  /// Publishers with which it has matched, each by the number of who made its DDS (of RTPS's list of vendors).
+  /// Publishers with which it has matched, each as the number of its DDS vendor in RTPS's list.
   std::vector<int> publishers() const;
 
  private:
@@ -78,7 +78,7 @@ class Ros2Node {
  public:
   using OnFailure = std::function<void(const char* what)>;
   /// @param domain 0 to 232 @param realtime whether the threads of DDS ask for real-time priority
-  /// @param failed called on the thread of DDS on which a callback threw, what could not leave it; must not throw
+  /// @param failed called if a callback throws, on its thread of DDS, with the exception's text; must not throw
   static Result<std::unique_ptr<Ros2Node>> open(int domain, bool realtime = false, OnFailure failed = {});
   /// After it no callback runs.
   ~Ros2Node();
@@ -87,7 +87,7 @@ class Ros2Node {
 
   int domain() const { return domain_; }
 
-  /// Reliable, volatile, the newest message only: what ROS nodes' default subscriptions match with.
+  /// Reliable, volatile, the newest message only: ROS nodes' default subscriptions match this.
   /// @param lifespan after which a message that has not arrived is not sent again; 0: never
   template <typename Message>
   Result<Ros2Publisher<Message>> publish(const Ros2Topic& topic, Time lifespan = Time(0)) {

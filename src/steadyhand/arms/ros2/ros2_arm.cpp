@@ -13,20 +13,20 @@ namespace {
 
 using Trouble = Ros2Feedback::Trouble;
 
-constexpr double kStanding = 0.02;  ///< rad/s, measured, below which an arm counts as standing ...
-constexpr Time kStands =
-    std::chrono::milliseconds(300);  ///< ... after so long: servos have come to where they were led
-constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its plan: rounding only
-/// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
+constexpr double kStanding = 0.02;  ///< rad/s, measured, below which an arm counts as stationary ...
+constexpr Time kStands = std::chrono::milliseconds(300);  ///< ... after this time: servos have reached their set-points
+constexpr double kOnPlan = 1e-6;                          ///< rad, rad/s, between a command and its plan: rounding only
+/// A trajectory begins this long before the oldest command that is still to be executed: the controller is there when
+/// it arrives.
 constexpr Time kMargin = std::chrono::milliseconds(20);
-/// The controller's set-point may be off by so much, and by what the joints do in so long.
+/// The controller's set-point may differ by kSetPointError, and by how far the joints move in kSetPointTime.
 constexpr double kSetPointError = 0.001;  // rad
 constexpr double kSetPointTime = 0.0015;  // s
-constexpr double kStep = 0.004;           ///< rad, from one state to the next, beyond what ...
-constexpr double kStepTime = 0.004;       ///< ... the joints may do in the time between and so long
+constexpr double kStep = 0.004;           ///< rad, from one state to the next, beyond how far ...
+constexpr double kStepTime = 0.004;       ///< ... the joints may move in the time between them plus this
 constexpr Time kGripperTurn = std::chrono::milliseconds(10);
 constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
-/// The controller knows why, its topics do not tell.
+/// The controller's topics do not report the cause.
 constexpr std::string_view kOffPath =
     "the arm is not at its commanded position: protective stop, obstruction, or reduced speed at its controller";
 
@@ -158,7 +158,7 @@ Result<JointVector> Ros2Arm::wait_for_states() {
 // ---------------------------------------------------------------------------------------------- the thread that
 // listens
 
-/// Whoever publishes it: a gripper's driver may do that for itself.
+/// Takes its joint from any publisher: a gripper's driver may publish on its own.
 void Ros2Arm::hear_gripper(const JointStateMessage& message) {
   if (!gripper_ || settings_.gripper.joint.empty() || message.position._length != message.name._length) return;
   for (std::uint32_t i = 0; i < message.name._length; ++i) {
@@ -187,7 +187,7 @@ void Ros2Arm::keep_gripper() {
   }
 }
 
-/// What it throws is a reason to stop, not the program's end.
+/// An exception in it stops the arm, not the program.
 void Ros2Arm::talk() {
   try {
     sender_.send_newest();
@@ -260,7 +260,7 @@ void Ros2Arm::proceed() {
       phase_since_ = last_command_ = state_.joints.stamp.made;
       return;
     case Phase::kFollowing:
-      lets_go_ = true;  // whatever stops it now, the controller is not to take up again what it has
+      lets_go_ = true;  // for any stop below: the controller must not resume its trajectory
       if (!why.empty()) return stop(why);
       if (off_path()) return stop(kOffPath);
       if (misled())
@@ -276,9 +276,9 @@ void Ros2Arm::proceed() {
   }
 }
 
-/// Through cycles that we slept through the controller goes on along what it was sent. Until it has executed all
-/// commands there is time to send it the newest plan; then it follows the plan that came with the last trajectory, and
-/// what comes next has to begin there.
+/// In cycles that we missed, the controller continues along its last trajectory. Until it has executed all commands,
+/// there is time to send it the newest plan. After that it follows the plan of its last trajectory, and the next one
+/// must begin there.
 void Ros2Arm::carry_on() {
   state_.carried_on.reset();
   if (phase_ != Phase::kFollowing || sent_.empty()) return;
@@ -299,7 +299,7 @@ void Ros2Arm::carry_on() {
   state_.carried_on = sent_[0];
 }
 
-/// What is executed by `now`, and arrives late at that, goes.
+/// Appends `command`, and drops those that were executed more than kMargin before `now`.
 void Ros2Arm::order(const JointCommand& command, Time now) {
   const auto keep = std::find_if(order_.commands.begin(), order_.commands.begin() + order_.count,
                                  [&](const JointCommand& c) { return c.stamp.made >= now - look_ahead_ - kMargin; });
@@ -309,8 +309,8 @@ void Ros2Arm::order(const JointCommand& command, Time now) {
   order_.commands[order_.count++] = command;
 }
 
-/// Whether the arm was measured elsewhere than where it should have been by then. Stamps tell when it was measured: on
-/// the way to us they may have been held up.
+/// Whether the measured position is off the commanded one by more than path_tolerance, at the time of the state's
+/// stamp: the message may be delayed on its way to us.
 bool Ros2Arm::off_path() const {
   const Ros2Feedback::Received& state = feedback_.state();
   const JointCommand expected = commanded(state.theirs + state.offset - from_seconds(info_.delay));
@@ -343,8 +343,8 @@ bool Ros2Arm::stepped() const {
          ((dt + kStepTime) * fastest_back - moved).maxCoeff() > kStep;
 }
 
-/// What the controller was to execute a lead after `then`; of size 0 if that is before the first command. Beyond the
-/// newest one it goes on along the plan that it was sent last.
+/// The command that the controller was to execute look_ahead_ after `then`; of size 0 if that is before the first
+/// command. Beyond the newest command it is on the plan that was sent last.
 JointCommand Ros2Arm::commanded(Time then) const {
   if (!sent_.empty() && then > sent_[0].stamp.made + period_) return sample(order_.plan, then);
   return sent_.at(then);
@@ -360,7 +360,7 @@ void Ros2Arm::begin_settling() {
   phase_since_ = state_.joints.stamp.made;
 }
 
-/// The controller is to hold the arm where it stands, whatever it wanted before; without a step.
+/// Replaces the controller's motion: it is to hold the arm at its present position, without a step.
 void Ros2Arm::hold_here() {
   const JointVector& q = state_.joints.q;
   const Time now = state_.joints.stamp.made, then = now + from_seconds(settings_.settle);
@@ -394,7 +394,7 @@ void Ros2Arm::post(Time begin) {
   sender_.post(order_);
 }
 
-/// No motion is sent any more: the controller goes on to the end of what it has, where the arm rests.
+/// Sends no more motion: the controller continues to the end of its trajectory, where the arm is at rest.
 void Ros2Arm::stop(std::string_view reason) {
   state_.reason = reason;
   state_.status = ArmStatus::kStopped;

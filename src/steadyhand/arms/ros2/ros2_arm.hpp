@@ -15,14 +15,14 @@
 
 namespace steadyhand {
 
-/// An arm behind a joint trajectory controller of ROS 2. The controller takes motions, not set-points: each trajectory
-/// that is sent begins with the commands of the last `lead` seconds, which the controller is executing just then, goes
-/// on along the plan that the newest command is a sample of, and ends at rest. So the controller may replace one by the
-/// next wherever it stands, and whatever is cut, the arm comes to rest as checked. A thread of the arm's talks DDS;
-/// another, of DDS, listens. docs/how-to/ros2.md has the whole story.
+/// An arm behind a joint trajectory controller of ROS 2. The controller takes motions, not set-points. Each trajectory
+/// begins with the commands of the last `look_ahead` seconds, which the controller is executing at that time. It
+/// continues along the plan of which the newest command is a sample, and ends at rest. The controller can thus
+/// replace one trajectory by the next at any point, and if a connection is lost, the arm stops along checked motion. A
+/// thread of the arm sends over DDS; a thread of DDS listens. See docs/how-to/ros2.md.
 class Ros2Arm final : public Arm {
  public:
-  /// Joins the domain; does not wait for anybody. Fails with what to do. Model and clock must outlive it.
+  /// Joins the domain; does not wait for other nodes. Fails with what to do. Model and clock must outlive it.
   static Result<std::unique_ptr<Ros2Arm>> connect(const RobotModel& model, const Ros2Settings& settings, Clock& clock);
   /// Without the thread that sends: talk() does it. For tests on one thread.
   static Result<std::unique_ptr<Ros2Arm>> without_thread(const RobotModel& model, const Ros2Settings& settings,
@@ -84,7 +84,7 @@ class Ros2Arm final : public Arm {
   JointVector settled_at_;
   TrajectoryOrder order_;
   int cycles_since_order_ = 0;
-  bool lets_go_ = false;  ///< stopped: the controller is still to be told to stay where the arm comes to stand
+  bool lets_go_ = false;  ///< stopped: the controller must still be commanded to hold the position where the arm stops
   Time moved_{0};         ///< when the arm was last seen to move
   SentCommands sent_;     ///< while following
 

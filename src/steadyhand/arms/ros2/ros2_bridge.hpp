@@ -20,10 +20,10 @@
 
 namespace steadyhand {
 
-/// What a ROS 2 machine sees of a session beside the arm, and how it may lead it. Publishes for RViz the target
-/// (geometry_msgs/PoseStamped), the path that is planned (nav_msgs/Path), the glass and its liquid
+/// Shows a session to ROS 2, except the arm itself, and takes poses that control the arm. Publishes for RViz the target
+/// (geometry_msgs/PoseStamped), the planned path (nav_msgs/Path), and the glass and its liquid
 /// (visualization_msgs/MarkerArray), in the frame of the arm's base. Takes poses (geometry_msgs/PoseStamped) as the
-/// operator's hand: while they come the clutch counts as closed, so what moves the arm is how they change.
+/// operator's hand: while they come, the clutch is engaged, so their changes move the arm.
 class Ros2Bridge {
  public:
   using OnHand = std::function<void(const OperatorSample&)>;
@@ -38,9 +38,9 @@ class Ros2Bridge {
   /// Takes objects from MoveIt's topics: /planning_scene, /collision_object and /attached_collision_object.
   /// @param on_scene called on a thread of DDS, one call after the other, with what a message says, or why it is none
   Status listen_to_scene(OnScene on_scene);
-  /// @param heeded poses may control the arm: no client at the page does
+  /// @param heeded poses may control the arm: no client on the page does
   void publish(const SessionSnapshot& snapshot, bool heeded = true);
-  /// Opens the clutch when poses stopped coming. Call every few milliseconds.
+  /// Releases the clutch when poses stop coming. Call every few milliseconds.
   void poll(Time now);
   /// Poses whose frame is not the base's, or that are no poses.
   std::uint64_t ignored() const { return ignored_; }
@@ -72,13 +72,13 @@ class Ros2Bridge {
   Ros2Publisher<PoseStampedMessage> target_;
   Ros2Publisher<PathMessage> path_;
   Ros2Publisher<MarkerArrayMessage> liquid_;
-  OffsetFilter offset_;  ///< of the thread that listens, as the next
+  OffsetFilter offset_;  ///< thread that listens; the next too
   Time theirs_{0};       ///< stamp of the newest pose
   std::atomic<Time> received_{Time::min()};
   std::atomic<bool> closed_{false};
   std::atomic<std::uint64_t> ignored_{0};
   std::optional<Time> unheeded_since_;  ///< poses come, and the arm could follow them, but does not
-  std::mutex mutex_;                    ///< of the next two
+  std::mutex mutex_;                    ///< guards the next two
   std::set<Refusal> told_;
   std::vector<std::string> notices_;
   std::unique_ptr<Ros2Node> node_;  ///< last: goes first

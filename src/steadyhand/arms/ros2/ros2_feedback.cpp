@@ -10,13 +10,13 @@ namespace steadyhand {
 
 namespace {
 
-/// Stamps of joint states that are that much ahead of what they were expected to be: somebody set a clock.
+/// If a joint state's stamp is off the expected one by more than this, a clock was set.
 constexpr Time kClockJump = std::chrono::milliseconds(50);
-/// Beyond ros2.state_timeout without a word from the controller after which it counts as not active; Humble's tells
-/// at 50 Hz.
+/// Time beyond ros2.state_timeout without a report from the controller, after which it counts as not active; Humble's
+/// reports at 50 Hz.
 constexpr Time kActive = std::chrono::milliseconds(200);
 constexpr double kFullSpeed = 99.9;  // %
-/// For so long a state that could not be used explains that none came.
+/// For this time, a state that could not be used is the reason for missing states.
 constexpr Time kUnusable = std::chrono::seconds(1);
 constexpr double kSpeedFilter = 0.02;  ///< s, over which speeds are taken from positions, where the arm sends none
 constexpr std::string_view kNotRealTime =

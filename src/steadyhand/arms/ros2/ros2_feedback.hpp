@@ -27,7 +27,7 @@ class Ros2Feedback {
     bool off_pace = false;       ///< their clock is slower or faster than ours
     int controllers = 0;         ///< that listen to our trajectories
   };
-  /// The newest that the controller tells of itself, as it does only while it is active.
+  /// The newest report of the controller, which it sends only while it is active.
   struct Told {
     JointVector q;  ///< its set-point; of size 0 where it names other joints
     Time theirs{0}, arrival = -std::chrono::hours(1);
@@ -38,8 +38,8 @@ class Ros2Feedback {
   Ros2Feedback(const Ros2Settings& settings, const Clock& clock, const std::vector<std::string>& names,
                const std::string& topic);
 
-  /// States of other joints are not for us. Of ours that cannot be used the fault is kept. @param controllers that
-  /// listen to our trajectories
+  /// Ignores states of other joints. If a state of ours cannot be used, keeps the fault. @param controllers number of
+  /// those that listen to our trajectories
   void receive(const JointStateMessage& message, Ros2PublisherId publisher, int controllers);
   void receive(const ControllerStateMessage& message);
   void receive(const Float64Message& speed_scaling);
@@ -56,7 +56,7 @@ class Ros2Feedback {
   bool states_are_recent() const;
   /// Why there are none that could be used now.
   std::string_view why_no_states() const;
-  /// Why the arm may not begin or go on; empty: it may.
+  /// Why the arm may not start or continue; empty: it may.
   std::string_view why_not() const;
 
  private:
@@ -82,9 +82,9 @@ class Ros2Feedback {
   OffsetFilter offset_;
   LatestValue<Received> received_news_;  ///< to the control thread
   LatestValue<Told> told_news_;
-  std::atomic<JointStateFault> state_fault_{JointStateFault::kOtherJoints};  ///< of the newest that was not used ...
-  std::atomic<Time> state_fault_at_{Time::min()};                            ///< ... and when that came
-  std::atomic<bool> slowed_down_{false};                                     ///< the hardware is, by what it tells
+  std::atomic<JointStateFault> state_fault_{JointStateFault::kOtherJoints};  ///< newest unusable state: its fault ...
+  std::atomic<Time> state_fault_at_{Time::min()};                            ///< ... and its arrival
+  std::atomic<bool> slowed_down_{false};                                     ///< the hardware reports reduced speed
   std::atomic<Trouble> trouble_{Trouble::kNone};
   std::atomic<bool> following_{false};
 };

@@ -14,11 +14,11 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kBetweenGoals = std::chrono::milliseconds(100);
-/// After an answer that refuses a goal, perhaps another client's, within which a status may say that ours is accepted.
+/// Time after a refusal, perhaps of another client's goal, in which a status may still report that ours is accepted.
 constexpr Time kSecondWord = std::chrono::milliseconds(300);
 constexpr double kSmallestMove = 0.01;  ///< share; less is the noise of a trigger
-constexpr double kIsThere = 0.02;       ///< share, by which what is wanted at first may be off from where it is
-/// Of action_msgs/GoalStatus.
+constexpr double kIsThere = 0.02;       ///< share, by which the first wanted position may differ from the gripper's
+/// Values of action_msgs/GoalStatus.
 constexpr int kAccepted = 1, kExecuting = 2, kSucceeded = 4, kCanceled = 5, kAborted = 6;
 
 }  // namespace
@@ -139,13 +139,13 @@ void Ros2Gripper::hear_result(double position, bool stalled) {
   const std::lock_guard lock(mutex_);
   if (!goal_ || !goal_->asked_result || goal_->over) return;
   goal_->over = true;
-  // What is held keeps the fingers from where they were to go: that is a grip, whatever the controller calls it.
+  // A held object stops the fingers before their goal: that is a grip, even if the controller reports it as aborted.
   if (goal_->status == kAborted && !stalled) health_ = Health::kGaveUp;
 }
 
-// ---------------------------------------------------------------------------------------------- the thread that talks
+// ---------------------------------------------------------------------------------------------- the thread that sends
 
-/// Whose requests would be answered, by discovery.
+/// Whether a server would answer requests, by discovery.
 Ros2Gripper::Health Ros2Gripper::presence() {
   const std::vector<int> servers = status_.publishers();
   if (servers.empty()) return Health::kNobody;
@@ -160,7 +160,7 @@ void Ros2Gripper::talk() {
   there_ = presence();
   if (there_ != Health::kFine) {
     const std::lock_guard lock(mutex_);
-    if (goal_ && health_ == Health::kFine) health_.store(there_);  // what became of it nobody will tell
+    if (goal_ && health_ == Health::kFine) health_.store(there_);  // no server reports its result any more
     return;
   }
   look_after_goal(now);
@@ -197,7 +197,7 @@ void Ros2Gripper::want(double closed, Time now) {
   services_.send_goal(id, settings_.open + closed * (settings_.closed - settings_.open), settings_.max_effort);
 }
 
-/// What became of the newest goal. Those before it were replaced, and nobody asks for them.
+/// Follows up the newest goal only: it replaced those before it.
 void Ros2Gripper::look_after_goal(Time now) {
   std::optional<GoalId> cancels, asks;
   {

@@ -16,39 +16,37 @@
 
 namespace steadyhand {
 
-/// What a client knows of the newest goal that it sent.
+/// State of the newest goal that this client sent.
 struct GripperGoal {
   GoalId id{};
   Time sent{0};
-  bool answered = false;               ///< by anybody: the server is awake
-  std::optional<Time> refused{};       ///< when an answer was heard that may have been ours
-  std::optional<Time> accepted_at{};   ///< of the server's clock; by its status
+  bool answered = false;               ///< to any client's request: the server is running
+  std::optional<Time> refused{};       ///< when a refusal came that may be for our goal
+  std::optional<Time> accepted_at{};   ///< on the server's clock, by its status
   int status = 0;                      ///< of action_msgs/GoalStatus
   std::optional<Time> asked_result{};  ///< when
   bool over = false;
 };
 
-/// A gripper behind an action server of ROS 2, GripperCommand or ParallelGripperCommand of control_msgs: each place
-/// that is wanted is a goal, which takes the place of the one before; at most ten a second, the newest. An action's
-/// answers are its status, which names goals, so that other clients' answers are not taken for ours. A goal that nobody
-/// answers is cancelled, so that a server that wakes up does not do late what was wanted long ago. docs/how-to/ros2.md
-/// has the whole story.
+/// A gripper behind an action server of ROS 2, GripperCommand or ParallelGripperCommand of control_msgs. Each wanted
+/// position is a goal that replaces the one before; the newest is sent, at most ten times a second. The action's status
+/// counts as its answer, since it names goals: so other clients' answers are not taken for ours. A goal without an
+/// answer is cancelled, so that a server that starts late does not execute an old goal. See docs/how-to/ros2.md.
 class Ros2Gripper {
  public:
-  /// @param node must outlive it, but for callbacks, which end with the node @param clock must outlive both
+  /// @param node must outlive it, except its callbacks, which end with the node @param clock must outlive both
   static Result<std::unique_ptr<Ros2Gripper>> join(Ros2Node& node, const Ros2GripperSettings& settings,
                                                    const Clock& clock);
 
-  /// Where it is to be from now on, 0 open to 1 closed; what is beyond is cut off, what is no number ignored. Any
-  /// thread.
+  /// Sets the wanted position, 0 open to 1 closed; clamps values beyond, ignores NaN. Any thread.
   void move_to(double closed);
-  /// Where it is, at the newest word; none: nobody has told. Any thread.
+  /// Its newest reported position; none: not reported yet. Any thread.
   std::optional<double> position() const;
-  /// Its place in the unit of the action, from the joint states. Any thread.
+  /// Takes its position in the unit of the action, from the joint states. Any thread.
   void measured(double position);
   /// Why the arm should stop; text that lives as long as this; empty: nothing is wrong. Any thread.
   std::string_view why_not() const;
-  /// What went wrong is over: what is wanted from now on is told, as if for the first time. Any thread.
+  /// Clears the error: the next wanted position is sent as if it were the first one. Any thread.
   void restart();
   /// Does what is due: every 10 ms or so, on one thread.
   void talk();
@@ -75,12 +73,12 @@ class Ros2Gripper {
   std::atomic<Health> there_{Health::kNobody}, health_{Health::kFine};
   std::atomic<bool> restart_{false};
 
-  // ---- of the thread that talks
-  std::optional<double> told_;  ///< the newest goal's place
+  // ---- thread that sends
+  std::optional<double> told_;  ///< position in the newest goal
   Time last_sent_ = -std::chrono::hours(1);
   GoalIds ids_;
 
-  std::mutex mutex_;  ///< of what that thread and those of DDS share; not held while something is sent
+  std::mutex mutex_;  ///< guards data that thread and those of DDS share; not held during a send
   std::optional<GripperGoal> goal_;
   bool others_ = false;  ///< another client's goal was accepted after ours
 };

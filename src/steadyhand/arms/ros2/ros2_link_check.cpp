@@ -54,7 +54,7 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s, const Ro
   const double silence = 1e6 * s.state_timeout;
   for (const JointStateFault fault :
        {JointStateFault::kCounts, JointStateFault::kNotFinite, JointStateFault::kSameStamp}) {
-    // A few stamps come twice from publishers that are faster than what they publish.
+    // A publisher that is faster than its data sends a few stamps twice.
     const std::uint64_t count = r.unusable[static_cast<std::size_t>(fault)];
     if (count > 0 && (fault != JointStateFault::kSameStamp || 2 * count > r.states))
       say(fmt::format("{} of {} states cannot be used: {}", count, r.states + count, describe(fault, s.joint_states)));
@@ -140,7 +140,7 @@ Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Sett
   if (!domain) return domain.error();
   MonotonicClock clock;
   Ros2LinkMeter meter;
-  std::mutex mutex;  // of the meter; what it holds up is not measured
+  std::mutex mutex;  // guards the meter; waiting for it is not measured
   JointOrder joints(*std::move(names));
   auto node = Ros2Node::open(*domain, true);
   if (!node) return node.error();

@@ -17,23 +17,23 @@
 
 namespace steadyhand {
 
-/// What came from a ROS 2 machine for a while. Times in us.
+/// Messages that a ROS 2 machine sent in a period. Times in us.
 struct Ros2LinkReport {
-  std::uint64_t states = 0;                                 ///< that name all joints
-  std::uint64_t strangers = 0;                              ///< on the same topic, that do not
-  std::array<std::uint64_t, kJointStateFaults> unusable{};  ///< that name them but cannot be used, by JointStateFault
+  std::uint64_t states = 0;                                 ///< states that name all joints
+  std::uint64_t strangers = 0;                              ///< states on the same topic that do not
+  std::array<std::uint64_t, kJointStateFaults> unusable{};  ///< unusable states that name them, by JointStateFault
   double pace = 1.0;                                        ///< s of their stamps for each s of ours
-  JointVector q;                                            ///< of the newest; of size 0: none
-  std::size_t publishers = 0;                               ///< of states that do
+  JointVector q;                                            ///< positions of the newest state; of size 0: none
+  std::size_t publishers = 0;                               ///< that send states with all joints
   double seconds = 0.0;
   double longest_gap = 0.0;      ///< between two states
-  TimingSummary late;            ///< of a state's arrival, beyond the earliest
-  TimingSummary wake;            ///< of this machine: how late it wakes from a sleep
+  TimingSummary late;            ///< delay of states' arrival, compared with the earliest
+  TimingSummary wake;            ///< how late this machine wakes from a sleep
   int controllers = 0;           ///< that listen for trajectories
-  std::uint64_t commanders = 0;  ///< trajectories that somebody else sent
-  bool stamped = true;           ///< states say when
-  bool active = false;           ///< a controller tells of itself, as it does while it is active
-  double speed_scaling = 100.0;  ///< %, smallest that the hardware told
+  std::uint64_t commanders = 0;  ///< trajectories that other programs sent
+  bool stamped = true;           ///< states have stamps
+  bool active = false;           ///< a controller sends its state, as it does while it is active
+  double speed_scaling = 100.0;  ///< %, smallest that the hardware reported
   std::optional<int> grippers;   ///< action servers of the gripper; none: the robot has no gripper
 };
 
@@ -42,8 +42,8 @@ struct Ros2LinkJudgement {
   std::vector<std::string> findings;  ///< what is wrong, and what to change, most important first
 };
 
-/// Fit: states never stayed away for as long as stops the arm, and there is one controller, active, at full speed and
-/// led by nobody else.
+/// Fit: no gap between states is long enough to stop the arm, and there is exactly one controller, which is active, at
+/// full speed, and not commanded by another program.
 Ros2LinkJudgement judge(const Ros2LinkReport& report, const Ros2Settings& settings, const RobotModel& model);
 
 /// Collects the report. One thread.
@@ -56,7 +56,7 @@ class Ros2LinkMeter {
   void stranger() { ++report_.strangers; }
   void commanded() { ++report_.commanders; }
   void active() { report_.active = true; }
-  /// What is no number is no full speed.
+  /// NaN does not count as full speed.
   void slowed_down(double percent) {
     if (!(percent >= report_.speed_scaling)) report_.speed_scaling = percent >= 0.0 ? percent : 0.0;
   }
@@ -71,7 +71,7 @@ class Ros2LinkMeter {
   std::set<Ros2PublisherId> publishers_;
 };
 
-/// Listens for so long, with real-time priority if that is granted; sends nothing. @param ends asked every 10 ms
+/// Listens for this time, with real-time priority if that is granted; sends nothing. @param ends asked every 10 ms
 Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Settings& settings, double seconds,
                                          const std::function<bool()>& ends);
 

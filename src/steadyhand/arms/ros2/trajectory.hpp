@@ -13,11 +13,11 @@
 
 namespace steadyhand {
 
-/// The motion that commands have begun and their plan ends, as points for a controller that joins them by quintics:
-/// first the commands (what it does already, so that it may take over anywhere among them without a step), then the
-/// rest of the plan, to rest. Accelerations of a plan jump at its nodes, and a quintic from node to node would
-/// overshoot by a third of the jump; so there is a point just before each node and one just behind it, between which
-/// the quintics are the plan itself.
+/// Commands and the rest of their plan, as points for a controller that joins them by quintics. First come the
+/// commands, which the controller executes already, so that it can take over anywhere among them without a step. Then
+/// comes the plan until it is at rest. A plan's acceleration jumps at its nodes, and a quintic from node to node would
+/// overshoot by a third of the jump. Therefore a point lies just before and just after each node; between nodes the
+/// quintics are the plan itself.
 /// @param commands in order of time, at least one, the last one on the plan
 /// @param points their stamps say when; strictly increasing; the last one at rest, its velocity exactly 0
 void make_trajectory(std::span<const JointCommand> commands, const Plan& plan, std::vector<JointCommand>& points);
@@ -53,7 +53,7 @@ class SentCommands {
   int newest_ = 0, count_ = 0;
 };
 
-/// What a joint trajectory controller is to be sent next.
+/// The next message for a joint trajectory controller.
 struct TrajectoryOrder {
   static constexpr int kCommands = 128;
   std::array<JointCommand, kCommands> commands;  ///< in order of time
@@ -82,7 +82,7 @@ class TrajectorySender {
     ++posted_;
     posted_.notify_one();
   }
-  /// Until something was posted after what was `seen`, or somebody wakes it. @return for the next time
+  /// Waits for a post after `seen`, or until it is woken. @return `seen` for the next call
   int wait(int seen) const {
     posted_.wait(seen);
     return posted_;

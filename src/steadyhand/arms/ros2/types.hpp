@@ -21,13 +21,13 @@ using AttachedObjectMessage = moveit_msgs_msg_dds__AttachedCollisionObject_;
 using PlanningSceneMessage = moveit_msgs_msg_dds__PlanningScene_;
 using GoalStatusArrayMessage = action_msgs_msg_dds__GoalStatusArray_;
 using GripperFeedbackMessage = control_msgs_action_dds__GripperCommand_FeedbackMessage_;
-/// Of an action's services: as most middlewares of ROS send them ...
+/// Messages of an action's services, as most middlewares of ROS send them ...
 using SendGoalRequest = control_msgs_action_dds__GripperCommand_SendGoal_Request_;
 using SendGoalResponse = control_msgs_action_dds__GripperCommand_SendGoal_Response_;
 using GetResultRequest = control_msgs_action_dds__GripperCommand_GetResult_Request_;
 using GetResultResponse = control_msgs_action_dds__GripperCommand_GetResult_Response_;
 using CancelGoalRequest = action_msgs_srv_dds__CancelGoal_Request_;
-/// ... and as Cyclone DDS's does, with who asked first.
+/// ... and as Cyclone DDS's does, with the client's id first.
 using NumberedSendGoalRequest = numbered_dds__SendGoal_Request_;
 using NumberedSendGoalResponse = numbered_dds__SendGoal_Response_;
 using NumberedGetResultRequest = numbered_dds__GetResult_Request_;
@@ -44,7 +44,7 @@ using NumberedParallelSendGoalResponse = numbered_dds__ParallelSendGoal_Response
 using NumberedParallelGetResultRequest = numbered_dds__ParallelGetResult_Request_;
 using NumberedParallelGetResultResponse = numbered_dds__ParallelGetResult_Response_;
 
-/// What DDS has to know of a type of message, and the hash of its definition by which nodes of ROS (from Iron on) know
+/// A message type's descriptor for DDS, and the hash of its definition by which nodes of ROS (from Iron on) identify
 /// it: REP 2016. None where distributions differ.
 struct Ros2Type {
   const dds_topic_descriptor_t* descriptor;
