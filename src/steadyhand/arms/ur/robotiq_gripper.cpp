@@ -11,8 +11,8 @@ namespace steadyhand {
 namespace {
 
 constexpr int kClosed = 255;
-constexpr int kActive = 3;       ///< of STA
-constexpr int kFirstFault = 10;  ///< of FLT; what is below are requests that came too early
+constexpr int kActive = 3;       ///< value of STA
+constexpr int kFirstFault = 10;  ///< value of FLT; values below are requests that came too early
 constexpr Time kTurn = std::chrono::milliseconds(20);
 constexpr Time kDialAgain = std::chrono::milliseconds(500);
 
@@ -75,7 +75,7 @@ Result<int> RobotiqGripper::get(const char* variable) {
   return value;
 }
 
-/// A connection, and a gripper that is ready: with our speed and force, told nothing yet.
+/// Connects, checks that the gripper is ready, and sets speed and force; sends no position yet.
 Status RobotiqGripper::open() {
   auto socket = dial_();
   if (!socket) return socket.error();
@@ -104,7 +104,7 @@ Status RobotiqGripper::look() {
   return Done{};
 }
 
-/// Looks, and tells it where to go if that is new.
+/// Reads the position, and sends the wanted one if it is new.
 Status RobotiqGripper::turn() {
   Status s = lines_ ? look() : open();
   if (const int wanted = wanted_; s && health_ == Health::kFine && wanted != told_ && wanted >= 0) {

@@ -71,7 +71,7 @@ Result<std::unique_ptr<RtdeClient>> RtdeClient::start(Socket socket, const RtdeR
   return client;
 }
 
-/// Sends a request and waits for the answer of the given type; what else arrives meanwhile is words or old data.
+/// Sends a request and waits for the answer of the given type; skips messages of other types: text or old data.
 Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType answer, Time timeout) {
   const auto bytes = request.packet();
   if (!request.ok()) return Error{"an RTDE request is longer than the protocol allows"};
@@ -96,7 +96,7 @@ Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType a
   }
 }
 
-/// Sets up one recipe; names that the controller does not know give way to their stand-ins.
+/// Sets up one recipe; replaces names that the controller does not know by their alternatives.
 Status RtdeClient::agree(RtdeType type, std::vector<RtdeField> fields, Time timeout) {
   const bool outputs = type == RtdeType::kSetupOutputs;
   for (bool again = true; again;) {

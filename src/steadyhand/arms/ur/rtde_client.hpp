@@ -27,15 +27,15 @@ struct ControllerVersion {
 
 struct RtdeRecipes {
   std::vector<RtdeField> outputs, inputs;  ///< without inputs the client only listens
-  int newest_version = 2;                  ///< of the protocol, to begin the negotiation with
+  int newest_version = 2;                  ///< version of the protocol at which the negotiation starts
 };
 
 /// One RTDE connection: set up once, blocking; then data both ways without waiting or allocating.
 class RtdeClient {
  public:
   /// Negotiates the protocol (2, else 1), agrees on the recipes and starts the stream at the controller's full rate
-  /// (125 Hz with protocol 1). Fails with what the controller refused: a variable that its software does not know, or
-  /// that another client writes already. @param timeout for each answer
+  /// (125 Hz with protocol 1). If the controller refuses a variable, fails with its name: its software does not know
+  /// it, or another client writes it already. @param timeout for each answer
   static Result<std::unique_ptr<RtdeClient>> start(Socket socket, const RtdeRecipes& recipes, Time timeout);
 
   int protocol() const { return protocol_; }
@@ -43,10 +43,10 @@ class RtdeClient {
   /// Data packages a second.
   double rate_hz() const { return protocol_ >= 2 ? controller_.rate_hz() : 125.0; }
 
-  /// Takes in what has arrived, once. kClosed also for a stream that is no RTDE.
+  /// Takes in arrived data, once. kClosed also for a stream that is not RTDE.
   Socket::Outcome fill();
-  /// The next data package of what was taken in; its variables in the recipe's order. False: no more. Packages of other
-  /// sizes than the recipe's are skipped.
+  /// The next data package that was taken in; its variables in the recipe's order. False: no more. Skips packages of
+  /// other sizes than the recipe's.
   bool next(RtdeReader& data);
   bool wait(Time timeout) const { return socket_.wait_readable(timeout); }
 

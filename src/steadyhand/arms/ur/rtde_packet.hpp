@@ -35,7 +35,7 @@ class RtdeFramer {
   RtdeFramer() : buffer_(2 * kRtdeLargest) {}
   /// Where the next bytes of the stream go; at least one packet's room.
   std::span<std::uint8_t> space();
-  /// So many bytes were put at the beginning of space().
+  /// Marks `bytes` at the beginning of space() as filled.
   void filled(std::size_t bytes) { end_ += bytes; }
   /// The next whole packet; false if there is none yet, or ever (broken()).
   bool next(RtdePacket& packet);
@@ -58,7 +58,7 @@ T big_endian(T value) {
   return value;
 }
 
-/// Takes numbers and text off a payload. What is beyond its end reads as zero and is noted.
+/// Reads numbers and text from a payload. Reads beyond its end give zero and are noted.
 class RtdeReader {
  public:
   explicit RtdeReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -91,7 +91,7 @@ class RtdeReader {
   bool ok_ = true;
 };
 
-/// Builds one packet in memory of its own; what does not fit into `kRoom` is left out and noted.
+/// Builds one packet in a buffer of `kRoom` bytes; data that does not fit is omitted and noted.
 class RtdeWriter {
  public:
   explicit RtdeWriter(RtdeType type) : size_(kRtdeHeader) { bytes_[2] = static_cast<std::uint8_t>(type); }

@@ -12,7 +12,7 @@
 
 namespace steadyhand {
 
-/// A stream socket that never blocks. Nothing here allocates but connecting and what returns text.
+/// A stream socket that never blocks. Only connecting and functions that return text allocate.
 class Socket {
  public:
   Socket() = default;

@@ -10,7 +10,7 @@ namespace steadyhand {
 /// Questions and answers over a connection, a line of text each. Blocks; not for the control thread.
 class TextLines {
  public:
-  /// @param whose names the other end in what goes wrong, as in "the dashboard" @param timeout for each answer
+  /// @param whose name of the other end for error messages, as in "the dashboard" @param timeout for each answer
   TextLines(Socket socket, std::string whose, Time timeout)
       : socket_(std::move(socket)), whose_(std::move(whose)), timeout_(timeout) {}
 

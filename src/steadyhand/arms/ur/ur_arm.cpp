@@ -93,7 +93,7 @@ UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings
   period_ = from_seconds(1.0 / info_.rate_hz);
   carry_on_ = {settings.program.bridged / info_.rate_hz, JointVector::Constant(6, settings.program.braking)};
   state_.joints = {{clock.now(), clock.now()}, model.home, JointVector::Zero(6)};
-  // So that where the joints are, and what runs there, is known before the first cycle.
+  // The joints' position and the running program are to be known before the first cycle.
   for (int i = 0; i < 50 && !known_ && rtde_ && rtde_->wait(period_); ++i) known_ = listen();
   known_ = false;
 }
@@ -138,7 +138,7 @@ void UniversalRobotsArm::read(RtdeReader& data) {
   }
 }
 
-/// What the controller says of the program that was sent: why it did not start, or ended. The rest is for nobody here.
+/// Reads why the program that was sent did not start, or ended. Ignores other messages.
 void UniversalRobotsArm::read_script() {
   while (primary_) {
     const Socket::Outcome outcome = primary_->fill();
@@ -175,8 +175,8 @@ ArmState UniversalRobotsArm::receive() {
     silent_ = false;
     keep_time();
   } else {
-    // Before it follows nothing moves, and a silence is only a delay: while we send nothing, TCP may hold states back
-    // for some 40 ms (Nagle's algorithm there, late acknowledgements here).
+    // Before it follows nothing moves, and missing states are only a delay: while we send nothing, TCP may hold states
+    // back for some 40 ms (Nagle's algorithm there, late acknowledgements here).
     const bool idle = phase_ < Phase::kFollowing;
     if (rtde_ && (!silent_ || idle)) {
       silent_ = true;
@@ -195,8 +195,8 @@ ArmState UniversalRobotsArm::receive() {
   return state_;
 }
 
-/// Cycles that we slept through the program bridged by itself, and braked. It would find its way to any set-point near
-/// by; from where it is now there is none to find.
+/// In cycles that we missed, the program bridged by itself, and braked. It can return to any set-point near by;
+/// commands that continue from its present set-point need no return.
 void UniversalRobotsArm::tell_what_was_carried_on() {
   state_.carried_on.reset();
   const Time without = state_.joints.stamp.made - period_ - last_command_.stamp.made;
@@ -242,12 +242,12 @@ bool UniversalRobotsArm::long_ago(double seconds) const {
   return static_cast<double>(state_.cycle - phase_since_) > seconds * info_.rate_hz;
 }
 
-/// What the report means for us.
+/// Changes the phase by the controller's report.
 void UniversalRobotsArm::proceed() {
   if (phase_ == Phase::kStopped) {
     if (!ours() || report_.program < UrProgramState::kReady) return;
     send_input(nullptr);
-    // A safety stop, too, only pauses what runs: without this, the next press of "play" would go on with it.
+    // A safety stop only pauses the program: without this, the next press of "play" would resume it.
     if (report_.runtime == UrRuntime::kPaused && primary_ && !std::exchange(asked_to_stop_, true)) {
       std::size_t sent = 0;
       (void)primary_->send(bytes_of(kUrStopProgram), sent);
@@ -317,8 +317,8 @@ void UniversalRobotsArm::dial() {
     }
     return;
   }
-  // A number that nobody used before, so that neither registers still full of older set-points move anything, nor a
-  // program that an older process left takes ours.
+  // A session number that was not used before: so old set-points in the registers move nothing, and a program that an
+  // older process left does not take ours.
   program_.renew(std::max(report_.owner, report_.addressed));
   uploaded_ = 0;
   asked_to_stop_ = false;

@@ -20,9 +20,8 @@ namespace steadyhand {
 
 /// A Universal Robots arm without ROS: state over RTDE, set-points into its registers, and a program of ours on the
 /// controller that follows them with servoj and stops by itself when they stop coming (ur_program.hpp). A second thread
-/// makes connections: one for states after a loss, and a fresh one for each program, since whether a connection may
-/// send programs is settled when it is opened. The control thread never waits for it. docs/reference/ur.md has the
-/// whole story.
+/// makes connections: one for states after a loss, and a new one for each program, since the controller decides when a
+/// connection is opened whether it may send programs. The control thread never waits for it. See docs/reference/ur.md.
 class UniversalRobotsArm final : public Arm {
  public:
   using Dial = UrConnections::Dial;
@@ -31,7 +30,7 @@ class UniversalRobotsArm final : public Arm {
   /// must outlive it. @pre the model has six joints in the controller's order, base to wrist
   static Result<std::unique_ptr<UniversalRobotsArm>> connect(const RobotModel& model, const UrSettings& settings,
                                                              Clock& clock);
-  /// Over connections that others make, without a second thread: whoever calls it also calls keep(). For tests.
+  /// Over given connections, without a second thread: the caller also calls keep(). For tests.
   static Result<std::unique_ptr<UniversalRobotsArm>> over(Dial rtde, Dial script, const RobotModel& model,
                                                           const UrSettings& settings, Clock& clock);
   ~UniversalRobotsArm() override;
@@ -41,18 +40,18 @@ class UniversalRobotsArm final : public Arm {
   void send(const JointCommand& command) override;
   void restart() override;
 
-  /// What commands say of a gripper is for this one, and the arm stops while it is not well. Before the first
+  /// Commands' gripper positions go to this gripper, and the arm stops while it has an error. Before the first
   /// receive().
   void take_gripper(std::unique_ptr<RobotiqGripper> gripper);
 
   const ControllerVersion& controller() const { return version_; }
   int protocol() const { return protocol_; }
-  /// Of the controller's one program, at the newest word; as q().
+  /// State of the controller's one program, in its newest message; as q().
   UrRuntime runtime() const { return report_.runtime; }
   bool program_is_ours() const;
-  /// A turn of the second thread.
+  /// One pass of the second thread.
   void keep() { connections_.keep(); }
-  /// Where the joints were at the newest word from the controller. Not while another thread is in receive().
+  /// The joints' positions in the controller's newest message. Not while another thread is in receive().
   const JointVector& q() const { return state_.joints.q; }
 
  private:
@@ -92,13 +91,13 @@ class UniversalRobotsArm final : public Arm {
   std::unique_ptr<RobotiqGripper> gripper_;  ///< null: none
 
   UrConnections connections_;
-  std::unique_ptr<RtdeClient> rtde_;                ///< of the control thread; null: lost
+  std::unique_ptr<RtdeClient> rtde_;                ///< used by the control thread; null: lost
   std::unique_ptr<UrConnections::Script> primary_;  ///< the same; null: none since the last program was sent
   UrReport report_;
   ArmState state_;
   Phase phase_ = Phase::kWaiting;
   CommandCheck check_;
-  CarryOn carry_on_;           ///< of the program
+  CarryOn carry_on_;           ///< how the program bridges missing set-points
   JointCommand last_command_;  ///< since it follows; without joints: none yet
   bool silent_ = false, known_ = false;
   std::uint64_t phase_since_ = 0;  ///< cycle

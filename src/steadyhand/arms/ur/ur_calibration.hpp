@@ -8,8 +8,8 @@ namespace steadyhand {
 
 /// How far an arm's factory-measured kinematics is from a model's, at the zero pose.
 struct UrDeviation {
-  double joint_m = 0.0, joint_rad = 0.0;  ///< most of any joint's axis
-  double tool_m = 0.0;                    ///< of the tool
+  double joint_m = 0.0, joint_rad = 0.0;  ///< largest deviation of a joint's axis
+  double tool_m = 0.0;                    ///< deviation of the tool
 };
 
 /// The model with its joint axes where the factory measured them, and its tool carried along. Each link keeps its frame

@@ -25,7 +25,7 @@ void UrConnections::start_thread() {
       work_.wait(seen);
       seen = work_;
       keep();
-      // What could not be made is tried again.
+      // Tries failed connections again.
       for (Time slept{0}; rtde_wanted_ && slept < kRetry && running_; slept += kRetry / 10) {
         std::this_thread::sleep_for(kRetry / 10);
       }

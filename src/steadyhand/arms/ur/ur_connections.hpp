@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// What one thread makes and ends, and another uses. Neither waits.
+/// An object that one thread makes and ends, and another uses. Neither waits.
 template <typename T>
 class HandOver {
  public:
@@ -31,12 +31,12 @@ class HandOver {
 };
 
 /// Connections to a controller, made by a second thread for the control thread: one for states after a loss, and a
-/// fresh one for each program, since whether a connection may send programs is settled when it is opened.
+/// new one for each program, since the controller decides when a connection is opened whether it may send programs.
 class UrConnections {
  public:
   /// Makes one connection to the controller; may block.
   using Dial = std::function<Result<Socket>()>;
-  /// A connection for programs, and for which wish it was made.
+  /// A connection for programs, and the request for which it was made.
   struct Script : UrPrimary {
     Script(Socket socket, int wish_) : UrPrimary(std::move(socket)), wish(wish_) {}
     int wish;
@@ -50,15 +50,15 @@ class UrConnections {
   static Result<std::unique_ptr<RtdeClient>> open(const Dial& rtde, double timeout);
   Result<Socket> dial_script() const { return dial_script_(); }
   void start_thread();
-  /// A turn of the second thread: makes the connections that are wanted, ends those that are not. What it throws in
-  /// that is a connection that could not be made.
+  /// One pass of the second thread: makes the connections that are wanted, ends those that are not. An exception in it
+  /// counts as a failed connection.
   void keep();
 
   // ---- of the control thread
-  /// A new one for states is wanted in the place of this one.
+  /// Asks for a new one for states, in place of this one.
   void replace(std::unique_ptr<RtdeClient> lost);
   std::unique_ptr<RtdeClient> take_rtde() { return rtde_.take(); }
-  /// A new one for programs is wanted in the place of this one.
+  /// Asks for a new one for programs, in place of this one.
   void replace(std::unique_ptr<Script> used);
   void end(std::unique_ptr<Script> used);
   /// Null: there is none yet.
@@ -73,10 +73,10 @@ class UrConnections {
   HandOver<RtdeClient> rtde_;
   HandOver<Script> script_;
   std::atomic<bool> rtde_wanted_{false};
-  std::atomic<int> script_wish_{0};    ///< grows with each connection for programs that is wanted
-  std::atomic<int> script_failed_{0};  ///< the wish that came to nothing last
-  int script_served_ = 0;              ///< of the second thread: the newest wish that it took up
-  std::atomic<int> work_{0};           ///< grows with each wish, for the second thread to wait on
+  std::atomic<int> script_wish_{0};    ///< number of requests for a connection for programs
+  std::atomic<int> script_failed_{0};  ///< the newest request that failed
+  int script_served_ = 0;              ///< second thread: the newest request that it handled
+  std::atomic<int> work_{0};           ///< grows with each request, for the second thread to wait on
   std::atomic<bool> running_{true};
   std::thread keeper_;
 };

@@ -9,7 +9,7 @@
 
 namespace steadyhand {
 
-/// What a person asks at the pendant, over the network: the dashboard server (TCP 29999) of e-Series and CB3, or the
+/// Actions of a person at the pendant, over the network: the dashboard server (TCP 29999) of e-Series and CB3, or the
 /// Robot API (HTTP) of PolyScope X 10.11 and newer. Not for control.
 class UrPanel {
  public:
@@ -17,9 +17,9 @@ class UrPanel {
   struct Line {
     std::string question, answer;
   };
-  /// Modes, program and remote control, as far as this software tells them.
+  /// Modes, program and remote control, as far as this software reports them.
   virtual std::vector<Line> state() = 0;
-  /// What it answers; whether the stop is gone, RTDE tells.
+  /// The controller's answer; RTDE reports whether the stop is cleared.
   virtual Result<std::string> unlock_protective_stop() = 0;
 
   static constexpr std::uint16_t kDashboardPort = 29999, kRobotApiPort = 80;
@@ -28,7 +28,7 @@ class UrPanel {
                                                std::uint16_t port, Time timeout);
 };
 
-/// A line of text each way.
+/// A line of text each way; the dashboard server.
 class UrDashboard final : public UrPanel {
  public:
   static Result<UrDashboard> connect(const std::string& host, std::uint16_t port, Time timeout);
@@ -42,7 +42,7 @@ class UrDashboard final : public UrPanel {
   TextLines lines_;
 };
 
-/// A request of HTTP and a JSON object back, each over a connection of its own.
+/// HTTP requests with a JSON object as the answer, each over a new connection.
 class UrRobotApi final : public UrPanel {
  public:
   UrRobotApi(std::string host, std::uint16_t port, Time timeout)

@@ -10,15 +10,15 @@
 
 namespace steadyhand {
 
-/// What a connection to a controller was like for a while. Times in us.
+/// Quality of a connection to a controller over a period. Times in us.
 struct UrLinkReport {
   double seconds = 0.0, rate_hz = 500.0;
   std::uint64_t packages = 0;
-  std::uint64_t skipped = 0;        ///< cycles of which the controller sent nothing: it was too busy
+  std::uint64_t skipped = 0;        ///< cycles for which the controller sent nothing: it was too busy
   std::uint64_t echoes = 0;         ///< round trips measured
-  TimingSummary late;               ///< of a state's arrival, beyond the earliest
+  TimingSummary late;               ///< delay of states' arrival, compared with the earliest
   TimingSummary round_trip;         ///< from sending a number to seeing the controller report it
-  TimingSummary wake;               ///< of this machine: how late it wakes from a sleep
+  TimingSummary wake;               ///< how late this machine wakes from a sleep
   double longest_gap = 0.0;         ///< between two arrivals
   std::uint64_t retransmitted = 0;  ///< TCP segments of ours that had to be sent again
 };
@@ -30,7 +30,7 @@ struct UrLinkJudgement {
   std::vector<std::string> findings;  ///< what is wrong, and what to change, most important first
 };
 
-/// Fit: set-points never come later than what the program on the controller bridges (two cycles). Fit with care: rarely
+/// Fit: set-points never come later than the program on the controller bridges (two cycles). Fit with care: rarely
 /// later, and never so late that it stops. @param bridged, timeout see UrProgramSettings
 UrLinkJudgement judge(const UrLinkReport& report, int bridged, double timeout);
 

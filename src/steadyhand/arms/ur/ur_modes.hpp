@@ -40,7 +40,7 @@ enum class UrSafety : std::int32_t {
   kAutomaticSafeguardStop = 12,
   kThreePositionStop = 13,
   kPendantThreePositionStop = 14,
-  kImmiEmergencyStop = 15,  ///< of an injection moulding machine, as the next
+  kImmiEmergencyStop = 15,  ///< from an injection moulding machine; the next too
   kImmiSafeguardStop = 16,
   kProfisafeWaits = 17,
   kProfisafeAutomaticStop = 18,
@@ -68,7 +68,7 @@ std::string_view why_not(UrSafety safety);
 /// Why the program on the controller has ended. Static text.
 std::string_view why_ended(UrProgramState state);
 
-/// What the controller reports over RTDE: the output recipe's variables.
+/// State that the controller reports over RTDE: the output recipe's variables.
 struct UrReport {
   double timestamp = 0.0;  ///< s, of the controller
   std::array<double, 6> target_q{}, q{}, dq{};

@@ -17,7 +17,7 @@ struct UrKinematics {
   std::array<double, 6> theta{}, a{}, d{}, alpha{};
 };
 
-/// What a controller says on its primary interface and this program listens to.
+/// A message on a controller's primary interface that this program uses.
 struct UrMessage {
   enum class Kind {
     kOther,
@@ -26,9 +26,9 @@ struct UrMessage {
     kKinematics
   };
   Kind kind = Kind::kOther;
-  int code = 0, argument = 0;  ///< of an error: C code A argument
-  int level = 0;               ///< of an error: 0 debug, 1 info, 2 warning, 3 violation, 4 fault, 5 critical fault
-  int line = 0;                ///< of an exception
+  int code = 0, argument = 0;  ///< for an error: C code A argument
+  int level = 0;               ///< for an error: 0 debug, 1 info, 2 warning, 3 violation, 4 fault, 5 critical fault
+  int line = 0;                ///< for an exception
   std::string_view text;       ///< valid until the next fill()
   UrKinematics kinematics;
   bool serious() const { return kind == Kind::kException || (kind == Kind::kError && level >= 3 && level <= 5); }
@@ -43,15 +43,15 @@ enum class UrStatePart : std::uint8_t { kRobotMode = 0, kKinematics = 5 };
 enum class UrMessageType : std::uint8_t { kText = 0, kVersion = 3, kError = 6, kKey = 7, kException = 10 };
 
 /// The primary interface of a Universal Robots controller (TCP 30001): programs one way, states ten times a second and
-/// messages the other. Whether it takes programs is settled when it is opened. All memory from the constructor.
+/// messages the other. The controller decides on opening whether it takes programs. All memory from the constructor.
 class UrPrimary {
  public:
   explicit UrPrimary(Socket socket) : socket_(std::move(socket)), buffer_(kRoom) {}
 
   Socket::Outcome send(std::span<const std::uint8_t> bytes, std::size_t& sent) { return socket_.send(bytes, sent); }
-  /// Takes in what has arrived, once. kClosed also for a stream that is none of a controller's.
+  /// Takes in arrived data, once. kClosed also for a stream that is not a controller's.
   Socket::Outcome fill();
-  /// The next message of what was taken in; kOther for what nobody here wants. False: no more.
+  /// The next message that was taken in; kOther if this program does not use it. False: no more.
   bool next(UrMessage& message);
   bool wait(Time timeout) const { return socket_.wait_readable(timeout); }
 
@@ -63,7 +63,7 @@ class UrPrimary {
   bool broken_ = false;
 };
 
-/// Listens on a fresh connection until the controller has told its arm's kinematics; none if it does not.
+/// Listens on a new connection until the controller sends its arm's kinematics; none if it does not.
 std::optional<UrKinematics> read_kinematics(UrPrimary& primary, Time timeout);
 
 }  // namespace steadyhand

@@ -10,7 +10,7 @@ namespace {
 /// Nine digits, so that the next one takes as much room.
 constexpr std::int32_t kFirstSession = 100000001, kLastSession = 999999999;
 
-// Comparisons are such that what is not a number fails them. URScript has neither constants nor early ends of loops
+// Comparisons are written so that NaN fails them. URScript has neither constants nor early ends of loops
 // worth using: `ended` says why the loop ends. Speeds are means over the cycle that begins, as servoj makes them, and
 // after a cycle that was carried on only the way back is taken: where a plan's acceleration jumped meanwhile, so would
 // the speed. A thread has a share of the cycle, and loses the next one if it takes more: what a usual cycle evaluates
@@ -164,7 +164,7 @@ std::string make_ur_program(const UrProgramSettings& s) {
   };
   std::vector<std::string> fast;
   for (int i = 0; i < 6; ++i) fast.push_back(fmt::format("norm(dq[{}]) <= {:.4f}", i, 1.1 * s.velocity_max[i]));
-  // Where RTDE tells of some cycles only, set-points of the others are not lost. The hundredth is for rounding.
+  // If RTDE reports only some cycles, set-points of the others are not lost. The hundredth is for rounding.
   std::string bridged = fmt::format("{}.01", s.bridged);
   if (s.state_period > 0.0) bridged += fmt::format(" + {:.4f} / step - 1.0", s.state_period);
   // The hardest that the target's speed changes in a cycle when all goes well, and the way of two cycles at full speed,
