@@ -55,7 +55,7 @@ Result<std::unique_ptr<OffscreenContext>> OffscreenContext::make() {
 }
 
 Status OffscreenContext::make_current() {
-  eglBindAPI(EGL_OPENGL_API);  // of this thread
+  eglBindAPI(EGL_OPENGL_API);  // for this thread
   if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_FALSE) {
     return refused("the OpenGL context cannot be used");
   }

@@ -9,17 +9,17 @@ namespace steadyhand {
 /// OpenGL without a screen or window, by EGL.
 class OffscreenContext {
  public:
-  /// Current on the calling thread. Fails where EGL has no display without a screen, or no OpenGL.
+  /// Current on the calling thread. Fails if EGL has no display without a screen, or no OpenGL.
   static Result<std::unique_ptr<OffscreenContext>> make();
   ~OffscreenContext();
   OffscreenContext(const OffscreenContext&) = delete;
   OffscreenContext& operator=(const OffscreenContext&) = delete;
 
-  /// One thread at a time: what is drawn from here on by the calling thread is drawn in it.
+  /// From here on the calling thread draws in this context. One thread at a time.
   Status make_current();
-  /// Another thread may take it.
+  /// Releases it for use by another thread.
   void release();
-  /// Whether Mesa draws on the processor. Only while it is current.
+  /// True if Mesa draws on the processor. Call it only while the context is current.
   bool draws_in_software() const;
 
  private:

@@ -14,8 +14,8 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kMostPatience = std::chrono::milliseconds(100);  ///< of a call of take()
-constexpr int kMostGeoms = 2000;                                ///< drawn
+constexpr Time kMostPatience = std::chrono::milliseconds(100);  ///< longest wait in take()
+constexpr int kMostGeoms = 2000;                                ///< drawn at most
 constexpr int kShadowPixels = 1024;                             ///< a side of the shadows' map
 
 class SceneCameras final : public PictureSource {
@@ -64,12 +64,12 @@ class SceneCameras final : public PictureSource {
     }
     clock_->sleep_until(next_[camera]);
     const Time period = from_seconds(1.0 / cameras_[camera].rate_hz);
-    const Time woken = clock_->now();  // the rate's grid stays; what was slept through is left out
+    const Time woken = clock_->now();  // the times of the rate stay; missed pictures are left out
     const auto left_out = next_[camera] == Time(0) ? 0 : std::max(Time(0), woken - next_[camera]) / period;
     next_[camera] = next_[camera] == Time(0) ? woken + period : next_[camera] + (1 + left_out) * period;
     left_out_[camera] += static_cast<int>(left_out);
     is_fresh_ |= arm_->read_view(view_);
-    if (!is_fresh_ || view_.at == shown_at_[camera]) return false;  // the simulation stands
+    if (!is_fresh_ || view_.at == shown_at_[camera]) return false;  // the simulation is paused
     shown_at_[camera] = view_.at;
     draw(camera, picture);
     picture.left_out = std::exchange(left_out_[camera], 0);
@@ -98,7 +98,7 @@ class SceneCameras final : public PictureSource {
     picture.camera = static_cast<int>(camera);
     picture.exposed = view_.at;
     picture.rgb.resize(row * height);
-    for (int y = 0; y < height; ++y) {  // OpenGL's begin at the bottom
+    for (int y = 0; y < height; ++y) {  // OpenGL's rows begin at the bottom
       std::copy_n(rows_.data() + (height - 1 - y) * row, row, picture.rgb.data() + y * row);
     }
   }
@@ -107,7 +107,7 @@ class SceneCameras final : public PictureSource {
   std::vector<CameraInfo> cameras_;
   std::vector<Time> next_;  ///< when each is due
   std::vector<Time> shown_at_ = std::vector<Time>(cameras_.size(), Time(-1));
-  std::vector<int> left_out_ = std::vector<int>(cameras_.size(), 0);  ///< of each, since its last picture
+  std::vector<int> left_out_ = std::vector<int>(cameras_.size(), 0);  ///< per camera, since its last picture
   Clock* clock_;
   std::unique_ptr<mjModel, SceneModel::FreeModel> model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
@@ -135,7 +135,7 @@ Result<std::unique_ptr<PictureSource>> make_scene_cameras(MujocoArm& arm, const 
     }
   }
   if (Status s = arm.show_views(); !s) return s.error();
-  // llvmpipe, which draws in software, would take every processor, the control loop's, too.
+  // llvmpipe, which draws in software, would otherwise use all processors, also the control loop's.
   (void)setenv("LP_NUM_THREADS", "0", 0);
   auto context = OffscreenContext::make();
   if (!context) return context.error();
@@ -146,10 +146,10 @@ Result<std::unique_ptr<PictureSource>> make_scene_cameras(MujocoArm& arm, const 
     model->vis.global.offwidth = larger(model->vis.global.offwidth, camera, &CameraInfo::width);
     model->vis.global.offheight = larger(model->vis.global.offheight, camera, &CameraInfo::height);
   }
-  // Smooth edges take two thirds of the time that a processor draws for: 17 ms of 320 x 240 pixels.
+  // Smooth edges take two thirds of the drawing time on a processor: 17 ms for 320 x 240 pixels.
   if ((*context)->draws_in_software()) model->vis.quality.offsamples = 0;
   model->vis.quality.shadowsize = std::min(model->vis.quality.shadowsize, kShadowPixels);
-  for (int i = 0; i < 3; ++i) {  // bright, whatever lamps the scene has
+  for (int i = 0; i < 3; ++i) {  // bright, independent of the scene's lights
     model->vis.headlight.ambient[i] = std::max(model->vis.headlight.ambient[i], 0.4F);
     model->vis.headlight.diffuse[i] = std::max(model->vis.headlight.diffuse[i], 0.6F);
   }

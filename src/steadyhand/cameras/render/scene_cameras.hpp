@@ -10,10 +10,10 @@
 
 namespace steadyhand {
 
-/// Cameras of a simulated scene, those that its MJCF names: MuJoCo draws what they see, without a screen, by EGL; on a
-/// graphics card, or else by Mesa's drawing in software. A picture counts as exposed when the simulation was as it
-/// shows it, at most a cycle ago. The arm never waits. Arm and clock must outlive it; before the arm's first cycle.
-/// Fails on cameras that the scene does not have, and where there is no OpenGL.
+/// Cameras of a simulated scene, by their names in its MJCF. MuJoCo draws their pictures by EGL, without a screen, on a
+/// graphics card or otherwise in software by Mesa. The exposure time of a picture is the time of the simulation state
+/// that it shows, at most one cycle old. The arm never waits. Arm and clock must outlive it. Call it before the arm's
+/// first cycle. Fails if the scene does not have a camera, or if there is no OpenGL.
 Result<std::unique_ptr<PictureSource>> make_scene_cameras(MujocoArm& arm, const std::vector<CameraInfo>& cameras,
                                                           Clock& clock);
 

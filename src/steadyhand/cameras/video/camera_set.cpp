@@ -14,12 +14,12 @@ namespace steadyhand {
 
 namespace {
 
-/// Below whatever moves the arm or serves the page, and the same for what the thread begins.
+/// Lower priority than the threads that move the arm or serve the page. Threads that this thread starts inherit it.
 constexpr int kNice = 10;
 
 void become_camera_thread(const std::string& name) {
   pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
-  (void)setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);  // may always be raised
+  (void)setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);  // always allowed
 }
 
 bool is_name(const std::string& name) {
@@ -102,7 +102,7 @@ void CameraSet::film(const std::stop_token& stop, PictureSource& source, std::si
   }
 }
 
-/// Hands its pixels on and brings back others.
+/// Passes its pixels on and returns others for reuse.
 void CameraSet::offer(Camera& camera, Picture& picture) {
   {
     const std::lock_guard lock(camera.mutex);

@@ -16,34 +16,34 @@
 
 namespace steadyhand {
 
-/// The cameras of a session at work: a thread takes the pictures of each source, another encodes those of each camera.
-/// Nobody else waits for them. A camera whose encoder is behind drops pictures and counts them; one that fails says why
-/// and is over, the others go on.
+/// The running cameras of a session: one thread takes the pictures of each source, another encodes those of each
+/// camera. No other thread waits for them. A camera whose encoder is late drops pictures and counts them. A camera that
+/// fails reports why and ends; the others continue.
 class CameraSet final : public Cameras {
  public:
   using MakeEncoder = std::function<Result<std::unique_ptr<VideoEncoder>>(const CameraInfo&)>;
 
-  /// The clock must outlive it. Fails as make_encoder, on names that two cameras have, and on those that are no names.
+  /// The clock must outlive it. Fails as make_encoder does, or if a name is invalid or used twice.
   static Result<std::unique_ptr<CameraSet>> make(std::vector<std::unique_ptr<PictureSource>> sources, Clock& clock,
                                                  const MakeEncoder& make_encoder = make_h264_encoder);
-  /// Ends the threads, as end().
+  /// Ends the threads, like end().
   ~CameraSet() override;
 
-  /// Of all sources, in their order.
+  /// Cameras of all sources, in the order of the sources.
   const std::vector<CameraInfo>& cameras() const override { return cameras_; }
   void start(TakePacket take) override;
   void end() override;
   std::vector<CameraState> states() const override;
 
  private:
-  static constexpr std::size_t kMostWaiting = 4;  ///< pictures, for an encoder
+  static constexpr std::size_t kMostWaiting = 4;  ///< pictures, for each encoder
 
   struct Camera {
     std::unique_ptr<VideoEncoder> encoder;
-    mutable std::mutex mutex;  ///< of what follows
+    mutable std::mutex mutex;  ///< guards the members below
     std::condition_variable_any changed;
     std::deque<Picture> waiting;
-    std::vector<std::vector<std::uint8_t>> spare;  ///< pixels of pictures that are done with
+    std::vector<std::vector<std::uint8_t>> spare;  ///< pixel buffers for reuse
     CameraState state;
   };
 

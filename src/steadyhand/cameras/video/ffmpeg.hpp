@@ -13,7 +13,7 @@ extern "C" {
 
 namespace steadyhand {
 
-/// Frees what FFmpeg's libraries made.
+/// Frees objects of FFmpeg's libraries.
 struct FreeFfmpeg {
   void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
   void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
@@ -24,7 +24,7 @@ struct FreeFfmpeg {
 template <typename T>
 using Ffmpeg = std::unique_ptr<T, FreeFfmpeg>;
 
-/// What an error code of theirs means.
+/// Text of an error code of FFmpeg's libraries.
 inline std::string ffmpeg_reason(int code) {
   char text[AV_ERROR_MAX_STRING_SIZE] = {};
   av_strerror(code, text, sizeof(text));

@@ -12,7 +12,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kMostPatience = std::chrono::milliseconds(100);  ///< of a call of take()
+constexpr Time kMostPatience = std::chrono::milliseconds(100);  ///< longest wait in take()
 
 class FileSource final : public PictureSource {
  public:
@@ -36,7 +36,7 @@ class FileSource final : public PictureSource {
     }
     const Time now = clock_->now();
     if (!begin_) begin_ = now - *due_;
-    // Who is behind leaves out what is over: pictures that come ever later would be of no use.
+    // A late reader skips past pictures: otherwise the delay would grow.
     for (const Time period = from_seconds(1.0 / cameras_[0].rate_hz); *begin_ + *due_ + period < now; ++left_out_) {
       if (Status s = next(); !s) return s.error();
     }
@@ -57,7 +57,7 @@ class FileSource final : public PictureSource {
  private:
   Error ended(const std::string& why) const { return Error{fmt::format("{}: {}", path_, why)}; }
 
-  /// Decodes the next picture that the camera's rate has room for.
+  /// Decodes the next picture that fits the camera's rate.
   Status next() {
     const double period = 1.0 / cameras_[0].rate_hz;
     const AVRational unit = file_->streams[stream_]->time_base;
@@ -79,7 +79,7 @@ class FileSource final : public PictureSource {
       } else if (code >= 0) {
         code = packet_->stream_index == stream_ ? avcodec_send_packet(decoder_.get(), packet_.get()) : 0;
         av_packet_unref(packet_.get());
-        if (code == AVERROR_INVALIDDATA) code = 0;  // a broken picture; the next may be whole
+        if (code == AVERROR_INVALIDDATA) code = 0;  // a damaged picture; the next may be intact
       }
       if (code < 0 && code != AVERROR_EOF) return ended(ffmpeg_reason(code));
     }
@@ -107,17 +107,17 @@ class FileSource final : public PictureSource {
   Ffmpeg<AVFrame> frame_;
   Ffmpeg<AVPacket> packet_;
   Ffmpeg<SwsContext> scaler_;
-  double last_;                ///< s, of the file's time: of the last picture that was taken
-  std::optional<Time> begin_;  ///< of the file's time, in the session's
-  int left_out_ = 0;           ///< pictures, since the last that was taken
-  std::optional<Time> due_;    ///< when frame_ is, in the file's time; none: it was taken
+  double last_;                ///< s, in the file's time: of the last picture taken
+  std::optional<Time> begin_;  ///< where the file's time begins, session's clock
+  int left_out_ = 0;           ///< pictures, since the last one taken
+  std::optional<Time> due_;    ///< time of frame_, in the file's time; none: it was taken
 };
 
 }  // namespace
 
 Result<std::unique_ptr<PictureSource>> open_file_source(const std::string& path, const CameraInfo& camera,
                                                         Clock& clock) {
-  av_log_set_level(AV_LOG_QUIET);  // errors are told by their codes
+  av_log_set_level(AV_LOG_QUIET);  // errors are reported by their codes
   const auto refuse = [&](const std::string& why) { return Error{fmt::format("{}: {}", path, why)}; };
   AVFormatContext* opened = nullptr;
   if (const int code = avformat_open_input(&opened, ("file:" + path).c_str(), nullptr, nullptr); code < 0) {

@@ -8,9 +8,9 @@
 
 namespace steadyhand {
 
-/// A video file that plays as if it were a camera, from its begin to its end, which is the camera's: it is unplugged
-/// then. Pictures are scaled to the camera's size; of a faster file some are left out. A picture counts as exposed when
-/// it is due.
+/// Plays a video file like a camera. At the end of the file the camera ends, as if it were unplugged. Pictures are
+/// scaled to the camera's size; if the file's rate is higher than the camera's, some are left out. The exposure time of
+/// a picture is when it is due.
 /// The clock must outlive it. Fails on files without video that FFmpeg's libavformat and libavcodec can read.
 Result<std::unique_ptr<PictureSource>> open_file_source(const std::string& path, const CameraInfo& camera,
                                                         Clock& clock);

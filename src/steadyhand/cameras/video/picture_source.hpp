@@ -8,22 +8,22 @@
 
 namespace steadyhand {
 
-/// What a camera saw.
+/// A picture of a camera.
 struct Picture {
   int camera = 0;                 ///< index of PictureSource::cameras
   Time exposed{0};                ///< session's clock
-  int left_out = 0;               ///< that were due since the one before, and came to nothing
-  std::vector<std::uint8_t> rgb;  ///< 3 bytes a pixel, rows from the top, as many as CameraInfo says
+  int left_out = 0;               ///< pictures due since the one before that were not delivered
+  std::vector<std::uint8_t> rgb;  ///< 3 bytes a pixel, rows from the top, size as in CameraInfo
 };
 
-/// One camera or several that take turns on one thread. Knows nothing of encoding.
+/// One camera, or several that take turns on one thread. Does not encode.
 class PictureSource {
  public:
   virtual ~PictureSource() = default;
   /// At least one.
   virtual const std::vector<CameraInfo>& cameras() const = 0;
-  /// Waits for the next picture, at most some 0.1 s, so that whoever calls can end. One thread, from the first call
-  /// on. False: there is none yet. Fails, with the reason, once no more will come.
+  /// Waits at most about 0.1 s for the next picture, so that its caller can end. Call it from one thread only. False:
+  /// there is none yet. Fails, with the reason, if no more will come.
   virtual Result<bool> take(Picture& picture) = 0;
 
  protected:

@@ -23,11 +23,11 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kLongestWait = std::chrono::milliseconds(100);  ///< of a call of take()
+constexpr Time kLongestWait = std::chrono::milliseconds(100);  ///< longest wait in take()
 constexpr std::uint32_t kBuffers = 4;
-constexpr unsigned kMajor = 81;  ///< of the devices of Video4Linux
+constexpr unsigned kMajor = 81;  ///< of Video4Linux devices
 
-/// What the source reads, the cheapest first.
+/// A format that the source can read; the cheapest come first.
 struct Format {
   std::uint32_t v4l2;
   AVPixelFormat pixels;  ///< none: MJPEG
@@ -111,7 +111,7 @@ class V4l2Source final : public PictureSource {
     else if (code != 0)
       return ended(code);
     std::optional<v4l2_buffer> newest;
-    while (true) {  // of several that wait the last
+    while (true) {  // if several wait, take the last
       v4l2_buffer buffer = of_kind(0);
       const int code = device_->control(VIDIOC_DQBUF, &buffer);
       if (code == EAGAIN) break;
@@ -155,7 +155,7 @@ class V4l2Source final : public PictureSource {
   }
   int give_back(v4l2_buffer buffer) { return device_->control(VIDIOC_QBUF, &buffer); }
 
-  /// The first format that is as fast as is wanted, or else the fastest.
+  /// The first format that reaches the wanted rate, otherwise the fastest.
   Status choose() {
     double fastest = 0.0;
     for (const Format& format : kFormats) {
@@ -185,7 +185,7 @@ class V4l2Source final : public PictureSource {
     return false;
   }
 
-  /// @param rate Hz, that it then has; one that it does not say is taken to be as wanted
+  /// @param rate Hz, output: the rate that the device reports, otherwise the wanted rate
   int set(const Format& format, double& rate) {
     v4l2_format wanted{};
     wanted.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -237,12 +237,12 @@ class V4l2Source final : public PictureSource {
         now, Time(std::chrono::seconds(buffer.timestamp.tv_sec)) + std::chrono::microseconds(buffer.timestamp.tv_usec));
   }
 
-  /// Of a camera that is faster than is wanted.
+  /// True if the camera is faster than wanted and this picture comes too soon.
   bool is_early(const v4l2_buffer& buffer) const {
     return last_ && stamp_of(buffer) < *last_ + from_seconds(0.75 / cameras_[0].rate_hz);
   }
 
-  /// False: it is not whole.
+  /// False: the picture is incomplete.
   bool read(const v4l2_buffer& buffer, Picture& picture) {
     const auto& [memory, length] = memory_[buffer.index];
     const std::size_t bytes = std::min<std::size_t>(buffer.bytesused, length);
@@ -254,7 +254,7 @@ class V4l2Source final : public PictureSource {
   }
 
   bool decode(const std::uint8_t* memory, std::size_t bytes, Picture& picture) {
-    if (av_new_packet(packet_.get(), static_cast<int>(bytes)) < 0) return false;  // with the room that decoders want
+    if (av_new_packet(packet_.get(), static_cast<int>(bytes)) < 0) return false;  // with the padding that decoders need
     std::memcpy(packet_->data, memory, bytes);
     const int sent = avcodec_send_packet(decoder_.get(), packet_.get());
     av_packet_unref(packet_.get());
@@ -282,9 +282,9 @@ class V4l2Source final : public PictureSource {
   Clock* clock_;
   Format format_ = kFormats[0];
   v4l2_pix_format size_{};
-  std::vector<std::pair<const std::uint8_t*, std::size_t>> memory_;  ///< of each buffer
-  std::optional<Time> last_;  ///< when the last picture that was taken was exposed
-  int left_out_ = 0;          ///< pictures, since the last that was handed on
+  std::vector<std::pair<const std::uint8_t*, std::size_t>> memory_;  ///< one for each buffer
+  std::optional<Time> last_;                                         ///< exposure of the last picture taken
+  int left_out_ = 0;  ///< pictures, since the last one that was passed on
   Ffmpeg<AVCodecContext> decoder_;
   Ffmpeg<AVFrame> frame_;
   Ffmpeg<AVPacket> packet_;
@@ -296,7 +296,7 @@ class V4l2Source final : public PictureSource {
 Result<std::unique_ptr<V4l2Device>> open_v4l2_device(const std::string& path) {
   struct stat about {};
   if (::stat(path.c_str(), &about) != 0) return Error{fmt::format("{}: {}", path, std::strerror(errno))};
-  // Others may do what nobody wants when they are opened, as a watchdog does.
+  // Opening another kind of device can have side effects, for example start a watchdog.
   if (!S_ISCHR(about.st_mode) || major(about.st_rdev) != kMajor) {
     return Error{fmt::format("{}: is no camera that Video4Linux2 knows", path)};
   }
@@ -311,7 +311,7 @@ Result<std::unique_ptr<V4l2Device>> open_v4l2_device(const std::string& path) {
 
 Result<std::unique_ptr<PictureSource>> make_v4l2_source(const std::string& path, std::unique_ptr<V4l2Device> device,
                                                         const CameraInfo& camera, Clock& clock) {
-  av_log_set_level(AV_LOG_QUIET);  // errors are told by their codes
+  av_log_set_level(AV_LOG_QUIET);  // errors are reported by their codes
   auto source = std::make_unique<V4l2Source>(path, std::move(device), camera, clock);
   if (Status s = source->begin(); !s) return s.error();
   return std::unique_ptr<PictureSource>(std::move(source));

@@ -55,7 +55,7 @@ Result<std::unique_ptr<VideoEncoder>> make_h264_encoder(const CameraInfo& camera
     return Error{fmt::format("camera '{}' has {} x {} pixels; both must be even, from 2 on", camera.name, camera.width,
                              camera.height)};
   }
-  av_log_set_level(AV_LOG_QUIET);  // errors are told by their codes
+  av_log_set_level(AV_LOG_QUIET);  // errors are reported by their codes
   const AVCodec* codec = avcodec_find_encoder_by_name("libx264");
   if (codec == nullptr) return Error{"this libavcodec was built without libx264, which cameras are encoded with"};
   Ffmpeg<AVCodecContext> context(avcodec_alloc_context3(codec));
@@ -65,11 +65,11 @@ Result<std::unique_ptr<VideoEncoder>> make_h264_encoder(const CameraInfo& camera
   context->time_base = av_d2q(1.0 / camera.rate_hz, 1'000'000);
   context->gop_size = std::max(1, static_cast<int>(std::lround(camera.rate_hz)));
   context->max_b_frames = 0;
-  context->thread_count = 1;  // the processors are the control loop's
+  context->thread_count = 1;  // the control loop needs the processors
   av_opt_set(context->priv_data, "preset", "veryfast", 0);
   av_opt_set(context->priv_data, "tune", "zerolatency", 0);
   av_opt_set(context->priv_data, "crf", "23", 0);
-  av_opt_set(context->priv_data, "x264-params", "scenecut=0", 0);  // key pictures come at their time
+  av_opt_set(context->priv_data, "x264-params", "scenecut=0", 0);  // key pictures only at fixed times
   if (const int code = avcodec_open2(context.get(), codec, nullptr); code < 0) {
     return Error{fmt::format("camera '{}': libx264: {}", camera.name, ffmpeg_reason(code))};
   }
