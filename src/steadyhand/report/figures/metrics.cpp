@@ -7,7 +7,7 @@
 namespace steadyhand {
 
 double percentile(std::vector<double> values, double percent) {
-  // A hair below the exact rank, so that e.g. 99.9 % of 1000 is rank 999 in spite of rounding.
+  // Slightly below the exact rank, so that e.g. 99.9 % of 1000 is rank 999 despite rounding.
   const double rank = std::ceil(percent / 100 * static_cast<double>(values.size()) - 1e-9);
   const auto index = static_cast<std::size_t>(std::max(rank, 1.0)) - 1;
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index), values.end());

@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// The sideways acceleration on the liquid over a few moments, m/s^2.
+/// The lateral specific force on the liquid over a short time, m/s^2.
 struct Felt {
   double sum = 0.0, largest = 0.0;
   int count = 0;
@@ -23,9 +23,9 @@ struct JointLimits {
   JointVector acceleration_max;  ///< rad/s^2 (m/s^2)
 };
 
-/// What one profile made of a recording. Accelerations are specific forces in the tool frame (a_local of
-/// docs/explanation/formulation.md) at the start of each plan; errors compare planned pose and target at the same time,
-/// over the steps that were engaged.
+/// Figures of one profile over a recording. Accelerations are specific forces in the tool frame (a_local of
+/// docs/explanation/formulation.md) at the start of each plan. Errors compare planned pose and target at the same time,
+/// over the engaged steps.
 struct Metrics {
   int steps = 0;
   double lateral_mean = 0;     ///< m/s^2, mean of sqrt(a_x^2 + a_y^2)
@@ -46,19 +46,19 @@ struct Metrics {
   int iterations_max = 0;
   int failures = 0;                   ///< steps whose status is not kSolved
   double smallest_distance = 0;       ///< m, between the bodies of a pair; below 0 they overlap
-  double object_distance = 0;         ///< m, smallest, of what stands around the arm; infinite where nothing does
+  double object_distance = 0;         ///< m, smallest distance to an obstacle; infinite without obstacles
   double speed_ratio_max = 0;         ///< largest |dq| / limit over joints and commands; 1 is at the limit
   double acceleration_ratio_max = 0;  ///< largest |ddq| / limit
-  // ---- of a live session; not a number where nobody knows
+  // ---- of a live session; NaN if not known
   double spills = std::numeric_limits<double>::quiet_NaN();             ///< how often the liquid went over the rim
-  double spilled_share = std::numeric_limits<double>::quiet_NaN();      ///< of the liquid, most of these times
-  double spills_per_minute = std::numeric_limits<double>::quiet_NaN();  ///< in which the hand led
+  double spilled_share = std::numeric_limits<double>::quiet_NaN();      ///< share of the liquid, largest of all spills
+  double spills_per_minute = std::numeric_limits<double>::quiet_NaN();  ///< per minute of engaged time
 };
 
 /// @pre steps is not empty and has at least one joint; limits and commands are of the same arm
 Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> commands, const JointLimits& limits);
 
-/// The lateral figures of a live session as they were measured, in place of the plans'. @pre felt is not empty
+/// Replaces the plans' lateral figures by those measured in a live session. @pre felt is not empty
 void count_felt(std::span<const Felt> felt, Metrics& metrics);
 
 /// Nearest rank: the smallest value that at least `percent` of all values do not exceed, so always one of them.
@@ -69,7 +69,7 @@ double percentile(std::vector<double> values, double percent);
 double lateral_acceleration(const PlanStep& step);
 /// Distance from target to planned position, m.
 double position_error(const PlanStep& step);
-/// Its mean over the steps in which the hand led, m; NaN: in none.
+/// Mean position error over the engaged steps, m; NaN if there are none.
 double mean_position_error(std::span<const PlanStep> steps);
 /// Angle from target to planned orientation, rad, 0 to pi.
 double orientation_error(const PlanStep& step);

@@ -21,8 +21,8 @@ using Json = nlohmann::json;
 
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// Members of a JSON object, each a list with an entry for each row; the first has the rows' times. Written by hand: a
-/// session of hours would be a tree of millions of nodes.
+/// Members of a JSON object, each a list with one entry per row; the first list has the rows' times. Written as text:
+/// for a session of hours a tree would have millions of nodes.
 class Columns {
  public:
   template <typename... Names>
@@ -31,7 +31,7 @@ class Columns {
     column_ = 0;
     add(t, 4);
   }
-  /// What is not finite is null.
+  /// Writes null for values that are not finite.
   void add(double value, int decimals) {
     separate();
     std::string& list = lists_[column_++];
@@ -65,7 +65,7 @@ class Columns {
   std::size_t column_ = 0;
 };
 
-/// Which profile led, with which scale and fill, from when on.
+/// Profile, scale and fill, with the time from which each was in force.
 std::string settings_of(const SessionFile& session) {
   Json settings = Json::array();
   for (const SettingsChange& change : session.settings) {
@@ -91,7 +91,7 @@ std::string events_of(const SessionFile& session) {
   return dump(events);
 }
 
-/// What the liquid felt while the hand led, as the report counts it; null: nothing was measured then.
+/// Lateral specific force on the liquid while engaged, counted as in the report; null: not measured.
 std::string slosh_of(const SessionFile& session) {
   std::vector<Felt> felt;
   for (const auto& each : felt_while_led(session)) felt.push_back({each.sum, each.largest, each.count});
@@ -101,7 +101,7 @@ std::string slosh_of(const SessionFile& session) {
   return dump({{"mean", metrics.lateral_mean}, {"largest", metrics.lateral_max}});
 }
 
-/// mm, over all that was led, as the report has it for each setting; null: no hand led.
+/// mm, mean tracking error over all engaged steps, as the report has it for each setting; null: never engaged.
 std::string off_target_of(const SessionFile& session) {
   const double mean = mean_position_error(session.steps);
   return std::isnan(mean) ? "null" : dump(1e3 * mean);
@@ -122,7 +122,7 @@ std::string arm_of(const SessionFile& session, std::size_t most_rows) {
   Columns arm("t_s", "q", "gripper");
   for (const auto states : grouped(session.states, most_rows)) {
     const JointState& state = states.front();
-    if (!state.q.allFinite()) continue;  // JSON has no word for it
+    if (!state.q.allFinite()) continue;  // JSON has no NaN
     arm.begin_row(to_seconds(state.stamp.made));
     arm.add_list(state.q, 5);
     arm.add(state.gripper.value_or(std::nan("")), 2);

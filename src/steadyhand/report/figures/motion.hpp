@@ -9,8 +9,8 @@
 namespace steadyhand {
 
 /// A session as page and report replay it, as JSON: `motion` of docs/reference/protocol.md, "Recorded sessions".
-/// @param period s, between two rows of `target`, at least
-/// @param most_rows of each list of times; of more, one stands for several, and keeps the worst of them
+/// @param period s, smallest time between two rows of `target`
+/// @param most_rows limit for each list of times; in longer lists one row replaces several and keeps their worst values
 std::string motion_json(const SessionFile& session, double period,
                         std::size_t most_rows = std::numeric_limits<std::size_t>::max());
 

@@ -18,8 +18,8 @@ namespace {
 
 constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 3000, kMaxTailPoints = 400;
 
-/// What stands for the values that share a point: where the page must show the worst case it keeps the extreme.
-/// kBroken keeps the first, unless the curve breaks among them. What is not a number is nowhere the extreme.
+/// Which of the values that share a point is drawn: the extreme where the page must show the worst case.
+/// kBroken keeps the first value, or NaN if the curve breaks among them. NaN is never the extreme.
 enum class Keep { kFirst, kBroken, kSmallest, kLargest };
 
 /// value(i) for i = 0..count-1, `per_point` of them to a number.
@@ -42,12 +42,11 @@ void write_curve(JsonWriter& json, std::size_t count, std::size_t per_point, Kee
   json.end_array();
 }
 
-constexpr double kJump = 90.0;  ///< degrees of an angle from plan to plan that are no motion
+constexpr double kJump = 90.0;  ///< degrees; a larger step of an angle between two plans is not a motion
 
-/// An angle in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that
-/// range, or turns about as roll and yaw do at a pitch of 90 degrees.
-/// `pose` is a member of PlanStep. (Counting full turns instead would part plan and target for good wherever they pass
-/// a pitch of 90 degrees on different sides, since roll turns by half a turn there.)
+/// An angle in degrees, -180 to 180. NaN breaks the curve where the angle wraps around, or where roll and yaw flip at a
+/// pitch of 90 degrees. `pose` is a member of PlanStep. (Counting full turns instead would separate plan and target for
+/// good if they pass a pitch of 90 degrees on different sides, since roll flips by half a turn there.)
 std::vector<double> broken(const std::vector<PlanStep>& steps, Pose PlanStep::*pose, double (*of)(const Quaternion&)) {
   std::vector<double> angles;
   double last = 0;
@@ -60,7 +59,7 @@ std::vector<double> broken(const std::vector<PlanStep>& steps, Pose PlanStep::*p
   return angles;
 }
 
-/// Where the glass is, m, and how it stands, degrees, by axis.
+/// Position, m, and orientation, degrees, of the glass, by axis.
 void write_pose(JsonWriter& json, const std::vector<PlanStep>& steps, Pose PlanStep::*pose, std::size_t per_point) {
   for (const auto& [name, axis] : {std::pair("x", 0), {"y", 1}, {"z", 2}}) {
     json.key(name);
@@ -101,7 +100,7 @@ void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per
   write_pose(json, steps, &PlanStep::X_base_planned, per_point);
   curve("lateral", Keep::kLargest, [&](std::size_t i) { return lateral_acceleration(steps[i]); });
   curve("vertical", Keep::kSmallest, [&](std::size_t i) { return steps[i].local_acceleration.z(); });
-  // Where nobody leads there is nothing to be off from; the figures do not count it either.
+  // Without engagement there is no tracking error; the figures exclude these steps too.
   const auto led = [&](std::size_t i, double value) {
     return steps[i].engaged ? value : std::numeric_limits<double>::quiet_NaN();
   };
@@ -149,8 +148,8 @@ void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per
   json.end_array();
 }
 
-/// Solve times in rising order with the share of steps, in percent, that took at least as long. The slowest are all
-/// there.
+/// Solve times in ascending order, each with the percentage of steps that took at least as long. All of the slowest are
+/// included.
 void write_tail(JsonWriter& json, const std::vector<PlanStep>& steps) {
   std::vector<double> times;
   for (const PlanStep& step : steps) times.push_back(1e-3 * step.solve_time_us);
@@ -170,7 +169,7 @@ void write_tail(JsonWriter& json, const std::vector<PlanStep>& steps) {
   json.end_object();
 }
 
-/// Every joint's speed in percent of its limit; from the steps if there are no commands.
+/// Speed of each joint in percent of its limit; from the steps if there are no commands.
 void write_speeds(JsonWriter& json, const ProfileResult& profile, const Thinning& thinning) {
   const bool from_commands = !profile.commands.empty();
   const std::size_t count = from_commands ? profile.commands.size() : profile.steps.size();
@@ -210,7 +209,7 @@ void write_weights(JsonWriter& json, const Weights& weights) {
   json.end_array();
 }
 
-/// What a card shows of a profile beside its curves, in the units of Metrics.
+/// The figures on a profile's card next to its curves, in the units of Metrics.
 void write_metrics(JsonWriter& json, const Metrics& m) {
   json.key("metrics");
   json.begin_object();
@@ -225,10 +224,10 @@ void write_metrics(JsonWriter& json, const Metrics& m) {
   json.end_object();
 }
 
-/// Index of the profile that does best in this row, or -1: no merit, only one profile, or a tie as shown. What led for
-/// a moment only is not compared.
+/// Index of the best profile in this row; -1 if the row is not ranked, there is only one profile, or the values as
+/// shown are equal. Profiles with few steps are excluded.
 int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
-  constexpr int kMoment = 5;  // one in so many steps of the longest
+  constexpr int kMoment = 5;  // a profile needs the steps of the longest one divided by this
   int longest = 0;
   for (const Metrics& m : metrics) longest = std::max(longest, m.steps);
   const auto counts = [longest](const Metrics& m) { return kMoment * m.steps >= longest; };
@@ -243,7 +242,7 @@ int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
   return ties > 1 ? -1 : static_cast<int>(best - metrics.begin());
 }
 
-/// The comparison, a row for each metric that somebody knows, with a text for each profile.
+/// The comparison: a row for each metric that is known, with a text for each profile.
 void write_figures(JsonWriter& json, const std::vector<Metrics>& metrics) {
   json.key("figures");
   json.begin_array();
@@ -267,7 +266,7 @@ void write_figures(JsonWriter& json, const std::vector<Metrics>& metrics) {
 void write_session(JsonWriter& json, const ReportInput& input) {
   const SessionStory& story = *input.story;
   json.begin_object();
-  json.key("zero_s");  // of a clock that may have run for days: to more than six figures
+  json.key("zero_s");  // more than six digits: the clock may have run for days
   json.raw(fmt::format("{:.4f}", input.begin_s));
   json.member("begin", story.begin_s);
   json.member("end", story.end_s);
@@ -305,7 +304,7 @@ Thinning choose_thinning(const ReportInput& input) {
 
 std::string page_data(const ReportInput& input, const Thinning& thinning) {
   JsonBuffer out;
-  /// Six figures: a millisecond in a quarter of an hour, and more than a curve shows.
+  /// Six digits: a millisecond in a quarter of an hour, and more than a curve can show.
   JsonWriter json(out, JsonWriter::Digits::kSix);
   std::vector<Metrics> metrics;
   for (const ProfileResult& profile : input.profiles) metrics.push_back(metrics_of(profile));
@@ -322,7 +321,7 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
   json.key("targets");
   json.begin_array();
   write_target(json, input.profiles.front(), "target", thinning.steps_per_point);
-  // A hand that re-engages is anchored at the arm, so from then on each profile may have a target of its own.
+  // A new engagement starts at the arm's pose, so from then on the profiles may have different targets.
   for (std::size_t i = 1; i < input.profiles.size(); ++i) {
     if (same_targets(input.profiles.front(), input.profiles[i])) continue;
     write_target(json, input.profiles[i], "target of " + input.profiles[i].label, thinning.steps_per_point);

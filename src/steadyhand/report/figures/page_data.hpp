@@ -6,17 +6,17 @@
 
 namespace steadyhand {
 
-/// Plans, and commands, that one point of a curve on the page stands for.
+/// How many plans, and commands, one point of a curve on the page represents.
 struct Thinning {
   int steps_per_point = 1;
   int commands_per_point = 1;  ///< entries of ProfileResult::commands
 };
 
-/// How much `input` must be thinned for a page that stays quick.
+/// Thinning of `input` that keeps the page fast.
 Thinning choose_thinning(const ReportInput& input);
 
-/// All that the page shows as JSON, curves in its units; web/src/report/data.ts says how it is laid out.
-/// Contains no '<', so it can stand inside a script element.
+/// Everything the page shows, as JSON, with curves in their units; the format is in web/src/report/data.ts. Contains no
+/// '<', so it can be embedded in a script element.
 std::string page_data(const ReportInput& input, const Thinning& thinning);
 
 }  // namespace steadyhand

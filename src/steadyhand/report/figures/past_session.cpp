@@ -14,8 +14,8 @@ namespace steadyhand {
 
 namespace {
 
-constexpr std::size_t kMostCommands = 60000;  ///< of a report: two minutes, each by itself
-constexpr std::size_t kMostRows = 9000;       ///< of what a report replays: five minutes as often as the page
+constexpr std::size_t kMostCommands = 60000;  ///< in a report: two minutes without merging
+constexpr std::size_t kMostRows = 9000;       ///< rows that a report replays: five minutes at the page's rate
 
 double number_or(const std::string& text, double otherwise) {
   char* end = nullptr;
@@ -23,7 +23,7 @@ double number_or(const std::string& text, double otherwise) {
   return end != text.c_str() && *end == '\0' && std::isfinite(value) ? value : otherwise;
 }
 
-/// A live session's gate, for hands of the past.
+/// The gate of a live session, applied to recorded hands.
 class PastGate {
  public:
   explicit PastGate(const HandGateSettings& settings) : gate_(settings) {}
@@ -48,7 +48,7 @@ class PastGate {
   bool good_ = false;
 };
 
-/// Times go by the program's clock in the file; people count from the arm's first posture, as a replay does.
+/// Times in the file are of the program's clock; people count from the arm's first posture, as a replay does.
 double begin_of(const SessionFile& session) {
   const auto first = std::ranges::find_if(session.states, [](const JointState& state) { return state.q.allFinite(); });
   return to_seconds(first == session.states.end() ? session.overview.first : first->stamp.made);
@@ -144,7 +144,7 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   report.rate_hz = number_or(session.run("rate_hz"), 20.0);
   report.scale = number_or(session.run("scale"), 1.0);
   const std::string recorded = session.run("recorded"), started = session.run("started");
-  // Its name has the program's begin, and which of its files it is.
+  // Its name has the time when the program started and the number of the file.
   const bool is_named = !started.empty() && session.name.rfind(started.substr(0, started.find(' ')), 0) == 0;
   report.recorded = recorded.empty() && !is_named ? started : recorded;
   std::vector<double> scales;

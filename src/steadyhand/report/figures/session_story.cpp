@@ -18,15 +18,15 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kGap = 0.5;             ///< s between two plans from which on nothing was planned in between
-constexpr double kRestless = 0.01;       ///< rad (m), by which a joint of an arm at rest may differ
-constexpr double kLimitsApart = 1.0;     ///< s; a limit that comes and goes quickly is told once
+constexpr double kGap = 0.5;             ///< s between two plans from which on it counts as a gap
+constexpr double kRestless = 0.01;       ///< rad (m), by which a joint of a stationary arm may differ
+constexpr double kLimitsApart = 1.0;     ///< s; a limit that repeats within this time is reported once
 constexpr double kInstant = 1e-3;        ///< s
 constexpr double kAllOf = 0.99;          ///< share of a time from which on it counts as all of it
 constexpr double kMissedApart = 10.0;    ///< s
-constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
+constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can distinguish
 
-/// What the report calls the profile of this name.
+/// Label of this profile in the report.
 std::string label_of(const SessionFile& session, const std::string& profile) {
   const auto labels = session.overview.metadata.find("profiles");
   if (labels != session.overview.metadata.end()) {
@@ -39,7 +39,7 @@ std::string profile_of(const SessionFile& session, const SettingsChange& change)
   return change.profile.empty() ? session.run("profile") : change.profile;
 }
 
-/// Three figures at least, and no powers of ten for people.
+/// At least three digits, without powers of ten.
 std::string number(double value) {
   return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value);
 }
@@ -59,13 +59,13 @@ std::string tilt_text(double tilt) {
   return tilt > std::numbers::pi - 1e-3 ? "tilts with the hand" : fmt::format("tilt {}°", number(tilt * kDegrees));
 }
 
-/// What makes the figures of two stretches comparable.
+/// True if the figures under both settings are comparable.
 bool same_conditions(const SettingsChange& a, const SettingsChange& b) {
   return a.profile == b.profile && a.weights == b.weights && a.scale == b.scale && a.tilt == b.tilt &&
          a.no_spill == b.no_spill;
 }
 
-/// In force at time t; the first also before it came.
+/// The settings in force at time t; before the first change, the first.
 const SettingsChange* in_force(const std::vector<SettingsChange>& settings, Time t) {
   if (settings.empty()) return nullptr;
   const auto after = std::upper_bound(settings.begin(), settings.end(), t,
@@ -80,7 +80,7 @@ std::string describe(const SessionFile& session, const SettingsChange& change, c
 }
 
 void tell_settings(const SessionFile& session, SessionStory& story) {
-  std::map<std::string, const SettingsChange*> usual;  // of each profile what it was first driven with
+  std::map<std::string, const SettingsChange*> usual;  // for each profile, its first settings
   const SettingsChange* before = nullptr;
   for (const SettingsChange& change : session.settings) {
     const SettingsChange* first = usual.try_emplace(change.profile, &change).first->second;
@@ -90,7 +90,7 @@ void tell_settings(const SessionFile& session, SessionStory& story) {
   }
 }
 
-/// Of the arm's bodies, as the session's metadata has them; none in sessions of before there was that.
+/// Names of the arm's bodies from the session's metadata; empty in older sessions.
 std::vector<std::string> body_names(const std::string& robot) {
   std::vector<std::string> names;
   const Json json = Json::parse(robot, nullptr, false);
@@ -113,7 +113,7 @@ class Parts {
     const std::vector<std::string>& joints = session_.names.joints;
     return has(joints, i) ? part_text(joints[static_cast<std::size_t>(i)]) : "a joint";
   }
-  /// Behind the arm's bodies come the objects that the tool carries.
+  /// After the arm's bodies come the objects that the tool carries.
   std::string solid(int i, Time at) const {
     constexpr int kCarried = 128;  // docs/reference/protocol.md
     if (i >= kCarried) return object(i - kCarried, at);
@@ -137,7 +137,7 @@ class Parts {
   std::vector<std::string> bodies_;
 };
 
-/// In the words of the operator's page (web/src/session.ts).
+/// As the operator's page words it (web/src/session.ts).
 std::string limit_text(const SessionFile::Limit& limit, const Parts& parts) {
   const auto& [at, kind, first, second] = limit;
   if (kind == "position") return parts.joint(first) + " is at its position limit";
@@ -162,7 +162,7 @@ void tell_limits(const SessionFile& session, SessionStory& story) {
   }
 }
 
-/// In the second before, plans or commands came too late: the arm held, or went on by an older plan.
+/// True if plans or commands were late in the second before: the arm held, or continued by an older plan.
 bool was_late(const SessionFile& session, Time at) {
   constexpr Time kBefore = std::chrono::seconds(1);
   for (const SessionFile::Change& change : session.changes) {
@@ -178,7 +178,7 @@ bool was_late(const SessionFile& session, Time at) {
          (after->rejected_plans > before->rejected_plans || after->missed_deadlines > before->missed_deadlines);
 }
 
-/// What was in force, what the arm did, and how hard the liquid was pushed when it went over the rim.
+/// The settings in force, the arm's state, and the lateral specific force at the time of a spill.
 SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Spill& seen) {
   SessionStory::Spill spill;
   const Time at = seen.at;
@@ -209,7 +209,7 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
   }
   if (spill.lateral > 0.0)
     spill.cause += fmt::format("; lateral specific force up to {:.2f} m/s² just before", spill.lateral);
-  if (spill.lateral > 0.0 && seen.lateral_until > spill.lateral) {  // of a glass that leans gravity, too
+  if (spill.lateral > 0.0 && seen.lateral_until > spill.lateral) {  // includes gravity once the glass leans
     spill.cause += fmt::format(", {:.2f} while it ran out", seen.lateral_until);
   }
   return spill;
@@ -221,7 +221,7 @@ std::vector<SessionStory::Spill> spills_of(const SessionFile& session) {
   return spills;
 }
 
-/// JSON, as `steadyhand describe` prints it; empty: not told.
+/// JSON, as `steadyhand describe` prints it; empty: not recorded.
 std::string robot_of(const SessionFile& session) {
   const auto robot = session.overview.metadata.find("robot");
   if (robot == session.overview.metadata.end()) return {};
@@ -246,7 +246,7 @@ void tell_spills(const SessionFile& session, SessionStory& story) {
   }
 }
 
-/// s between these times in which the hand led.
+/// Engaged time between these times, s.
 double led_between(const SessionFile& session, double from, double until) {
   double led = 0.0;
   for (std::size_t i = 0; i < session.changes.size(); ++i) {
@@ -259,7 +259,7 @@ double led_between(const SessionFile& session, double from, double until) {
   return led;
 }
 
-/// When the arm had come to rest for the remainder of this time, in s; `from` where it never was seen.
+/// Time from which on the arm was stationary until `until`, s; `from` if no motion was recorded.
 double rest_begins(const SessionFile& session, double from, double until) {
   double begin = from;
   const JointState* last = nullptr;
@@ -274,7 +274,7 @@ double rest_begins(const SessionFile& session, double from, double until) {
   return from;
 }
 
-/// Where the file is damaged, nothing is known.
+/// Adds a gap for each damaged part of the file.
 void tell_losses(const SessionFile& session, SessionStory& story) {
   for (const McapLoss& loss : session.overview.lost) {
     const double seconds = to_seconds(loss.last - loss.first);
@@ -289,7 +289,7 @@ bool is_lost(const SessionFile& session, double from, double until) {
   });
 }
 
-/// Where there was no plan: an arm at rest needs none, and one that moves has its last, or a stop.
+/// Adds gaps between plans: a stationary arm needs no plan, a moving one follows its last plan or a stop.
 void tell_gaps(const SessionFile& session, SessionStory& story) {
   for (std::size_t i = 1; i < session.steps.size(); ++i) {
     const double from = session.steps[i - 1].t_s, until = session.steps[i].t_s;
@@ -311,7 +311,7 @@ std::string missed_text(double count, double within) {
 
 void tell_counts(const SessionFile& session, SessionStory& story) {
   std::uint64_t missed = 0;
-  // One that comes soon after another is told with it, or they would bury all else.
+  // Misses in quick succession are one event, otherwise they would hide all others.
   std::vector<SessionStory::Event> misses;
   double last = 0.0;
   const bool stalls = std::any_of(session.changes.begin(), session.changes.end(),
@@ -319,7 +319,7 @@ void tell_counts(const SessionFile& session, SessionStory& story) {
   const std::string why = stalls ? "" : "too short to stop the arm, which followed its plan";
   for (const SessionStatistics& counted : session.statistics) {
     const double t = to_seconds(counted.now);
-    // Zeros: no command was made of a hand yet.
+    // All zeros: no command was made from a hand yet.
     if (counted.latency_us.p99 > 0.0) {
       story.latency.push_back({t, 1e-3 * counted.latency_us.p50, 1e-3 * counted.latency_us.p99});
     }
@@ -335,7 +335,7 @@ void tell_counts(const SessionFile& session, SessionStory& story) {
   std::move(misses.begin(), misses.end(), std::back_inserter(story.events));
 }
 
-/// A slider that is drawn passes through dozens of settings: those that led longest stay, the others become one.
+/// Dragging a slider passes through dozens of settings: those with the most steps stay, the others are merged.
 void merge_the_briefest(std::vector<ProfileResult>& results) {
   if (results.size() <= kMostResults) return;
   std::vector<std::size_t> lengths;
@@ -358,7 +358,7 @@ void merge_the_briefest(std::vector<ProfileResult>& results) {
     std::move(result.commands.begin(), result.commands.end(), std::back_inserter(brief.commands));
     std::move(result.felt.begin(), result.felt.end(), std::back_inserter(brief.felt));
     brief.led_s += result.led_s;
-    brief.spills += std::max(result.spills, 0);  // of all or of none it is known
+    brief.spills += std::max(result.spills, 0);  // known for all results or for none
     brief.spilled_share = std::max(brief.spilled_share, result.spilled_share);
   }
   const auto by_time = [](const auto& time) {
@@ -387,7 +387,7 @@ std::string spill_text(const SessionStory::Spill& spill) {
 }
 
 std::string part_text(const std::string& name) {
-  // Ends that say what kind of thing a program takes it for; what is counted on an arm, whose number is its name.
+  // Suffixes with the kind of part; trailing numbers, except where the number is the name.
   static const std::regex kKind("_(joint|link|body|bottom|top)$"), kNumber("_\\d+$");
   static const std::regex kCounted("(^|.*_)(wrist|joint|axis|finger)");
   std::string part = std::regex_replace(name, kKind, "");
@@ -444,7 +444,7 @@ SessionStory tell_story(const SessionFile& session) {
 std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session) {
   std::vector<SessionFile::Felt> led;
   for (std::size_t i = 0; i < session.felt.size(); ++i) {
-    // Until the next: what a stop did within its first moment was not felt while the hand led.
+    // Engaged up to the next entry: otherwise the first moment of a stop would count.
     const double t = to_seconds(session.felt[i].at),
                  end = i + 1 < session.felt.size() ? to_seconds(session.felt[i + 1].at) : t + kInstant;
     if (led_between(session, t, end) > kAllOf * (end - t)) led.push_back(session.felt[i]);
@@ -454,8 +454,8 @@ std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session) {
 
 std::vector<ProfileResult> split_by_settings(SessionFile session) {
   std::vector<ProfileResult> results;
-  std::vector<const SettingsChange*> conditions;       // of each result; null: not known
-  std::map<std::string, const SettingsChange*> usual;  // of each profile what it was first driven with
+  std::vector<const SettingsChange*> conditions;       // for each result; null: not known
+  std::map<std::string, const SettingsChange*> usual;  // for each profile, its first settings
   const std::vector<SettingsChange>& settings = session.settings;
   const auto result_at = [&](Time t, bool begin) -> ProfileResult* {
     const SettingsChange* now = in_force(settings, t);
@@ -481,7 +481,7 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
   for (std::size_t i = 0; i < session.changes.size(); ++i) {
     const Time at = session.changes[i].at;
     if (session.changes[i].to != "engaged") continue;
-    // A change of the settings while the hand leads begins another stretch.
+    // A change of settings while engaged begins another stretch.
     Time from = at, end = i + 1 < session.changes.size() ? session.changes[i + 1].at : session.overview.last;
     for (const SettingsChange& change : settings) {
       if (change.at <= from || change.at >= end) continue;

@@ -90,7 +90,7 @@ bool is_known(const MetricRow& row, std::span<const Metrics> metrics) {
 }
 
 std::string format_value(const MetricRow& row, const Metrics& metrics) {
-  if (!std::isfinite(row.value(metrics))) return "none";  // such as the distance of bodies that are not there
+  if (!std::isfinite(row.value(metrics))) return "none";  // such as the distance to an obstacle if there is none
   const double value = row.value(metrics);
   const std::string text = fmt::format("{:.{}f}", value, row.decimals);
   if (text.find_first_of("123456789") != std::string::npos) return text;

@@ -15,13 +15,13 @@ struct MetricRow {
   const char* unit;  ///< of value(); may be empty
   double (*value)(const Metrics&);
   int decimals;
-  Best best;            ///< which of several profiles does best; kNone where profiles are not to be ranked by it
+  Best best;            ///< which profile is best; kNone: profiles are not ranked by it
   const char* meaning;  ///< one sentence
 };
 
 std::span<const MetricRow> metric_rows();
 
-/// Somebody knows it: a row for none is left out.
+/// True if at least one profile has a value; otherwise the row is left out.
 bool is_known(const MetricRow& row, std::span<const Metrics> metrics);
 
 /// value(metrics) with the row's decimals; zero has no sign.

@@ -11,15 +11,15 @@ namespace steadyhand {
 
 namespace {
 
-/// One run by the clock of the recording.
+/// One run in the recording's own time.
 class Run {
  public:
   Run(const ReplaySettings& settings, Pipeline& pipeline, const ReplayTaps& taps)
       : settings_(settings), taps_(taps), pipeline_(pipeline), describer_(pipeline.planner().ocp().model()) {
-    (void)describer_.set_cell(settings.cell, Time(0));  // it has been looked at
+    (void)describer_.set_cell(settings.cell, Time(0));  // it has been checked
   }
 
-  /// Everything that happens from `now` until just before `next`: samples have been fed up to `now`.
+  /// Processes everything from `now` until just before `next`. Samples have been fed up to `now`.
   Status step(Time now, Time next, ReplayResult& result) {
     if (Status s = change_settings(now); !s) return s;
     if (Status s = change_cell(now); !s) return s;
@@ -43,7 +43,7 @@ class Run {
     return Done{};
   }
 
-  /// What the operator had changed by then.
+  /// Applies the operator's changes up to now.
   Status change_settings(Time now) {
     for (; changed_ < settings_.changes.size() && settings_.changes[changed_].at <= now; ++changed_) {
       const SettingsChange& change = settings_.changes[changed_];
@@ -67,7 +67,7 @@ class Run {
     return Done{};
   }
 
-  /// Without the terms that the session had for the sake of another profile than the one that is replayed.
+  /// Removes the terms that the session had only for a profile other than the replayed one.
   Weights known(Weights weights) const {
     const auto has = [](const Objectives& objectives, const std::string& name) {
       return std::any_of(objectives.begin(), objectives.end(), [&](const auto& each) { return each->name() == name; });
@@ -78,7 +78,7 @@ class Run {
     return weights;
   }
 
-  /// What stood around the arm by then.
+  /// Applies the changes of obstacles up to now.
   Status change_cell(Time now) {
     for (; cells_ < settings_.cells.size() && settings_.cells[cells_].at <= now; ++cells_) {
       const auto& [at, cell] = settings_.cells[cells_];
@@ -89,7 +89,7 @@ class Run {
       if (!obstacles) return refuse(obstacles.error());
       obstacles->time = at;
       if (Status s = pipeline_.planner().set_obstacles(*obstacles); !s) return refuse(s.error());
-      (void)describer_.set_cell(cell, at);  // it has been looked at
+      (void)describer_.set_cell(cell, at);  // it has been checked
       if (Status s = taps_.recorder ? taps_.recorder->write(now, cell_after(cell, to_seconds(now - at))) : Done{}; !s)
         return s;
     }

@@ -16,30 +16,30 @@ namespace steadyhand {
 
 struct ReplaySettings {
   PipelineSettings pipeline;
-  Cell cell;                       ///< what stands around the arm, in place of the planner's obstacles
-  double command_rate_hz = 500.0;  ///< of the arm
-  /// What the operator changed on the way, in order; times count from the recording's first sample.
+  Cell cell;                       ///< replaces the planner's obstacles
+  double command_rate_hz = 500.0;  ///< rate of the arm's commands
+  /// The operator's changes during the run, in order; times count from the recording's first sample.
   std::vector<SettingsChange> changes;
-  /// What stood around the arm from then on, in place of `cell`, likewise.
+  /// Later cells that replace `cell`, likewise.
   std::vector<CellChange> cells;
 };
 
-/// What one run leaves, beside what the recorder wrote.
+/// Result of one run, in addition to what the recorder wrote.
 struct ReplayResult {
   std::vector<PlanStep> steps;
   std::vector<JointCommand> commands;
-  std::vector<ProblemRecord> problems;  ///< of every step, if they were asked for
+  std::vector<ProblemRecord> problems;  ///< one for each step, if requested
 };
 
 struct ReplayTaps {
-  Recorder* recorder = nullptr;  ///< gets what goes through every arrow; may be null
+  Recorder* recorder = nullptr;  ///< gets the data of every connection; may be null
   bool keep_problems = false;
   std::function<void(double fraction)> progress;  ///< called now and then; may be empty
 };
 
-/// Sends a recording through a Pipeline, in the recording's own time, as it would
-/// go live with a planner that needs no time and an arm that follows exactly. Equal input gives equal results, but for
-/// solve times. Fails on settings or changes out of range, with the reason.
+/// Sends a recording through a Pipeline in the recording's own time, as in a live session with a planner that needs no
+/// time and an arm that follows exactly. Equal input gives equal results, except solve times. Fails on settings or
+/// changes out of range, with the reason.
 Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
                             const ReplayTaps& taps);
 

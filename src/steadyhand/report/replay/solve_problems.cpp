@@ -11,7 +11,7 @@ namespace steadyhand {
 
 namespace {
 
-/// What consecutive problems share: robot, problem sizes and solver are made once for a run of equal ones.
+/// Robot, problem sizes and solver, made once for consecutive problems that share them.
 struct PreparedSolver {
   std::string robot;
   double tolerance = 0.0;
