@@ -11,32 +11,32 @@ namespace steadyhand {
 
 namespace {
 
-/// Between the plan that is followed and the next, where that begins: rounding only.
+/// Largest difference between the followed plan and the next one where that begins: rounding only.
 constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
-/// Measured speed below which an arm that stopped by itself counts as standing.
+/// Measured speed below which an arm that stopped by itself counts as stationary.
 constexpr double kAtRest = 0.02;  // rad/s (m/s)
-/// After missed cycles the arm returns to its plan in two parts, each so many intervals of make_return: the shortest
-/// that passes the check.
+/// After missed cycles the arm returns to its plan in two parts of so many intervals of make_return each; the shortest
+/// return that passes the check is taken.
 constexpr int kReturns[] = {1, 2, 3, 4, 6, 9, 13};
-/// Where none does, it comes to rest so slowly, if the planner does not plan on before.
+/// If none passes, the arm stops straight in this time, unless the planner takes over before.
 constexpr double kEasy = 0.2;  // s
-/// Commands that are remembered: beside ours, in each cycle, that of an arm that went on by itself.
+/// Commands remembered for each cycle: ours, and that of an arm that continued by itself.
 constexpr double kEachCycle = 2.0;
-constexpr Time kWishWaits = std::chrono::seconds(5);  ///< of the gripper, for an arm that gets ready
+constexpr Time kWishWaits = std::chrono::seconds(5);  ///< how long a gripper request waits for the arm
 constexpr std::size_t kAtLeast = 16;
 
 bool same(const JointCommand& a, const JointCommand& b, double tolerance) {
   return (a.q - b.q).cwiseAbs().maxCoeff() <= tolerance && (a.dq - b.dq).cwiseAbs().maxCoeff() <= tolerance;
 }
 
-/// Position at time t between two commands: the cubic that has their positions and speeds.
+/// Position at time t between two commands: the cubic through their positions and speeds.
 JointVector between(const JointCommand& a, const JointCommand& b, Time t) {
   const double h = to_seconds(b.stamp.made - a.stamp.made), s = to_seconds(t - a.stamp.made) / h;
   const double rest = 1.0 - s;
   return rest * rest * ((1.0 + 2.0 * s) * a.q + s * h * a.dq) + s * s * ((1.0 + 2.0 * rest) * b.q - rest * h * b.dq);
 }
 
-/// Whether no joint becomes faster than the plan's profile allows, or than it is at first.
+/// True if no joint becomes faster than the plan's profile allows, or than it is at the start.
 bool keeps_to_profile(const Plan& plan) {
   if (plan.velocity_max.size() == 0) return true;
   const JointVector most = plan.velocity_max.cwiseMax(plan.x[0].tail(plan.joints).cwiseAbs());
@@ -118,7 +118,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   }
   if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
   const bool fresh_grip = before == SupervisionState::kReady && after == SupervisionState::kEngaged;
-  if (fresh_grip || output_.restart_arm) ++links_->refills;  // both take a full glass
+  if (fresh_grip || output_.restart_arm) ++links_->refills;  // both begin with a full glass
   const bool arm_fault = after == SupervisionState::kFault && !input.arm_follows;
   const bool shadows =
       after == SupervisionState::kIdle || arm_fault || (transition != nullptr && before == SupervisionState::kIdle);
@@ -128,7 +128,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (settings_.gripper) take_gripper(state.joints);
   output_.command.gripper = gripper_;
   remember(output_.command);
-  // The arm comes to rest a little after its commands; who takes it over from where it is must not catch it moving.
+  // The arm stops a little after its commands. A client that takes it over where it is must find it stationary.
   const Time until_held_off = held_off_ ? from_seconds(settings_.arm_delay) : Time(0);  // then it may give way
   const bool told_to_rest = !has_pending_ && now >= end_of(tracker_.plan()) + until_held_off;
   at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kAtRest;
@@ -155,8 +155,8 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   return output_;
 }
 
-/// Where the plan that is followed would touch what has just come or moved, the arm brakes, and goes on from there as
-/// the planner finds a way. If braking leads into something too it is still the gentlest.
+/// If the followed plan would touch an obstacle that has just appeared or moved, the arm brakes and continues once the
+/// planner finds a way. Braking is the gentlest reaction even if it leads into an obstacle too.
 void ControlStage::take_obstacles(Time now) {
   if (!links_->obstacles_to_control.read(settings_.obstacles)) return;
   const Plan& followed = tracker_.plan();
@@ -170,7 +170,7 @@ void ControlStage::take_obstacles(Time now) {
   ++view_.dodges;
 }
 
-/// Switches to the newest plan where it begins, if that is to come and on what is followed.
+/// Switches to the newest plan at its start, if that is still to come and continues the followed plan.
 void ControlStage::take_plan(Time now) {
   if (links_->plan.read(pending_)) has_pending_ = true;
   if (!has_pending_ || pending_.start > now) return;
@@ -193,9 +193,9 @@ void ControlStage::take_plan(Time now) {
   }
 }
 
-/// Where the hand may lead the arm it may open and close the gripper. A stop leaves it as it is, whatever it holds, and
-/// what was wanted meanwhile is not done later. While the arm gets ready a wish waits for it, but not for long: nobody
-/// expects it any more then.
+/// Opens and closes the gripper where the operator may move the arm. A stop leaves the gripper as it is, whether it
+/// holds something or not, and drops requests made meanwhile. A request waits while the arm gets ready, but only for
+/// kWishWaits: later it would surprise the operator.
 void ControlStage::take_gripper(const JointState& measured) {
   if (!gripper_) gripper_ = measured.gripper;
   if (hand_.gripper != last_wish_) last_wish_ = waiting_wish_ = hand_.gripper;
@@ -207,7 +207,8 @@ void ControlStage::take_gripper(const JointState& measured) {
   waiting_wish_.reset();
 }
 
-/// Made for what there is, or as good for it: while objects change faster than plans are made, there are no others.
+/// True if the plan knows the obstacles or passes their check. While objects change faster than plans are made, no plan
+/// knows them all.
 bool ControlStage::knows_obstacles(const Plan& plan, Time now) {
   return plan.world >= settings_.obstacles.version ||
          check_way(plan, now, settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone;
@@ -234,9 +235,9 @@ const JointCommand& ControlStage::command_before(int age) const {
   return history_[(newest_ - age + size) % size];
 }
 
-/// The arm continued by itself, and is not where the plan would have it by now: commands continue from where it is.
-/// They return to the plan, or, where no such way passes the check, lead to rest as gently as a stop that is under way
-/// bears it, or on the shortest way, which alone is taken without the check. The planner continues from there.
+/// The arm continued by itself and is not where the plan has it now: commands continue from where it is. They try, in
+/// this order: a return to the plan, a stop in kEasy, the shortest stop. If a hard stop is under way, only the last is
+/// possible. The shortest stop alone is followed even if it fails the check. The planner continues from there.
 void ControlStage::resume(const JointCommand& carried_on) {
   remember(carried_on);
   if (same(tracker_.update(carried_on.stamp.made), carried_on, 1e-3 * kContinuity)) return;
@@ -249,7 +250,7 @@ void ControlStage::resume(const JointCommand& carried_on) {
     if (hard || !make_return(tracker_.plan(), carried_on, steps, candidate_)) break;
     const PlanFault fault = keeps_to_profile(candidate_) ? check() : PlanFault::kVelocity;
     if (fault == PlanFault::kNone) return follow(candidate_);
-    // Numbers fail in microseconds, and a slower return may have better ones; distances take the time of a cycle.
+    // These faults are found in microseconds, and a slower return may avoid them; a distance takes the time of a cycle.
     if (fault != PlanFault::kAcceleration && fault != PlanFault::kVelocity && fault != PlanFault::kPosition) break;
   }
   for (const double duration : {hard ? 0.0 : kEasy, 0.0}) {
@@ -259,7 +260,7 @@ void ControlStage::resume(const JointCommand& carried_on) {
   follow(candidate_);
 }
 
-/// From here on the commands are that the arm stands at q.
+/// From here on the commands hold the arm at q.
 void ControlStage::anchor(const JointVector& q, Time now) {
   stand(q, now, candidate_);
   follow(candidate_);
@@ -269,8 +270,8 @@ void ControlStage::anchor(const JointVector& q, Time now) {
   last_ = sample(candidate_, now);
 }
 
-/// Straight on and as hard as the limits allow, from the last command. If that leads into a limit or the arm itself,
-/// the plan that is followed, which was checked to its end, brings it to rest.
+/// Brakes straight, as hard as the limits allow, from the last command. If that leads into a limit or the arm itself,
+/// the followed plan, which was checked to its end, stops the arm instead.
 void ControlStage::brake() {
   soft_ = has_pending_ = false;
   make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
@@ -279,14 +280,15 @@ void ControlStage::brake() {
   }
 }
 
-/// Something holds the arm off its commands, and its servos press against that for as long as the commands stay there.
-/// So, once the arm stands, these move to where it is measured. Relieved, a contact springs back a little, and they
-/// move again, by less than half of that: not by as much as before, as an arm that sinks under a load would have it. If
-/// missed cycles or an object interrupt the move, it starts again. A contact on the way is no reason against it, since
-/// the arm is there already. An arm that is measured far away is not there: an encoder is wrong.
+/// Something keeps the arm away from its commands, and the servos press against it as long as the commands stay there.
+/// Once the arm is stationary, the commands therefore move to its measured position. The relieved contact springs back
+/// a little, and the commands move again, but only by less than half of the move before: an arm that sinks under a load
+/// would ask for as much each time. If missed cycles or an object interrupt the move, it starts again. A contact on the
+/// way does not prevent the move, since the arm is there already. If the arm is measured far away, an encoder is wrong,
+/// and the commands do not move.
 void ControlStage::give_way(const JointState& measured) {
   constexpr double kSlight = 1e-3, kFar = 0.3;                // rad (m)
-  constexpr Time kPatience = std::chrono::milliseconds(500);  // with an arm that never is measured to stand
+  constexpr Time kPatience = std::chrono::milliseconds(500);  // for an arm that is never measured to be stationary
   const RobotModel& model = kinematics_.model();
   if (!last_.dq.isZero(0.0)) return;
   if (!gives_way_to_ || last_.q == *gives_way_to_) {
@@ -307,7 +309,8 @@ void ControlStage::give_way(const JointState& measured) {
   gives_way_to_ = last_.q;
 }
 
-/// Stopped on its way, for this halt it does not move again. It is in contact, which is no reason not to stop.
+/// Stops a move of give_way(); during this halt it does not move again. The arm is in contact, which does not prevent
+/// the stop.
 void ControlStage::end_giving_way() {
   gives_way_to_.reset();
   gave_way_by_ = 0.0;
@@ -317,7 +320,7 @@ void ControlStage::end_giving_way() {
   follow(candidate_);
 }
 
-/// A stop was asked for: while there is time for it the planner's stop is followed, which spares the liquid.
+/// Starts a requested stop: as long as there is time, the planner's stop is followed, which keeps the liquid in.
 void ControlStage::begin_stop(const Transition& transition, Time now) {
   const double shortest = stop_time(kinematics_.model(), last_.dq);
   soft_ = transition.event == SupervisionEvent::kStopAsked && settings_.soft_stop > 0.0;

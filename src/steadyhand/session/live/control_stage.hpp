@@ -9,7 +9,7 @@
 
 namespace steadyhand {
 
-/// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make
+/// The control loop's work, once a cycle: take the newest plan if it continues the followed one, supervise, and make
 /// the next command. Control thread; never waits, allocates nothing after construction.
 class ControlStage {
  public:
@@ -19,9 +19,9 @@ class ControlStage {
   struct Output {
     JointCommand command;
     bool restart_arm = false;       ///< call Arm::restart()
-    const Plan* follows = nullptr;  ///< if it changed in this cycle: what the command is a sample of
+    const Plan* follows = nullptr;  ///< the plan that the command samples, if it changed in this cycle
   };
-  /// @param state as the arm reports it now; its time is the cycle's
+  /// @param state as the arm reports it now; its time is the time of the cycle
   const Output& step(const ArmState& state);
 
   SupervisionState state() const { return supervisor_.state(); }
@@ -51,22 +51,22 @@ class ControlStage {
   Plan pending_, candidate_;
   bool has_pending_ = false, at_rest_ = true;
   bool anew_ = true;   ///< the next command that taps see is the first after an anchor
-  bool soft_ = false;  ///< stopping, by the planner's plans
+  bool soft_ = false;  ///< stopping by the planner's plans
   Time stop_by_{0};
-  bool held_off_ = false;                    ///< halted, and the arm was not where its commands led
-  Time holds_still_since_{0};                ///< held off its commands, which are at rest
-  std::optional<JointVector> gives_way_to_;  ///< where it was measured when its commands were at rest after that
-  double gave_way_by_ = 0.0;                 ///< rad (m), to there, the most of all joints; infinite: not yet
+  bool held_off_ = false;      ///< halted, and the arm was not at its commands
+  Time holds_still_since_{0};  ///< since when the commands are stationary while the arm is kept away from them
+  std::optional<JointVector> gives_way_to_;  ///< measured position that the commands move to after that
+  double gave_way_by_ = 0.0;                 ///< rad (m), largest move of a joint to there; infinite: no move yet
   HandReport hand_;
   Time last_plan_{0}, last_hand_counted_{0};
   std::uint64_t last_cycle_ = 0;
   JointCommand last_;                          ///< command of the last cycle
-  std::optional<double> gripper_, last_wish_;  ///< what it is told; what the hand wanted at last
-  std::optional<double> waiting_wish_;         ///< wanted, and not done yet
+  std::optional<double> gripper_, last_wish_;  ///< commanded position; last request of the operator
+  std::optional<double> waiting_wish_;         ///< requested, not done yet
   Output output_;
   ControlView view_;
 
-  std::vector<JointCommand> history_;  ///< ring of commands since the anchor, longer than the arm's delay
+  std::vector<JointCommand> history_;  ///< ring of commands since the anchor, covers more than the arm's delay
   int newest_ = 0, stored_ = 0;
 };
 

@@ -12,7 +12,7 @@
 
 namespace steadyhand {
 
-/// How the message `state` has a SessionSnapshot, in parts: what the arm does,
+/// Members of the message `state`, from a SessionSnapshot: the arm's motion.
 template <typename V>
 void describe_motion(V& v, SessionSnapshot& s) {
   v.add("q", "rad", "(m) measured", s.measured.q);
@@ -33,7 +33,7 @@ void describe_motion(V& v, SessionSnapshot& s) {
   v.add("nearest", "", "the nearest pair of bodies", s.nearest);
 }
 
-/// what it is going to do,
+/// Members of `state`: plan and prediction.
 template <typename V>
 void describe_plan(V& v, SessionSnapshot& s) {
   const int nodes = std::clamp(s.path_nodes, 0, static_cast<int>(s.path.size()));
@@ -51,7 +51,7 @@ void describe_plan(V& v, SessionSnapshot& s) {
         std::views::iota(0, s.prediction.nodes) | std::views::transform(expected), sized(0, kMaxHorizon));
 }
 
-/// the liquid,
+/// Members of `state`: the liquid.
 template <typename V>
 void describe_liquid(V& v, LiquidState& liquid) {
   v.add("tilt", "rad", "angles of the surface's normal about x and y", std::array{liquid.tilt_x, liquid.tilt_y},
@@ -63,7 +63,7 @@ void describe_liquid(V& v, LiquidState& liquid) {
   v.add("lateral", "m/s^2", "lateral specific force on it, the largest of the last 20 ms", liquid.lateral, kOrNull);
 }
 
-/// and what was counted.
+/// Members of `state`: counters and times.
 template <typename V>
 void describe_counts(V& v, SessionSnapshot& s) {
   v.add("solve_us", "us", "time of a planning step", s.solve_us);

@@ -7,13 +7,13 @@
 
 namespace steadyhand {
 
-/// Latency added on purpose, for studies of it: what the gate let through comes out `delay` later, and is as new then
-/// as it was when it went in. One thread; allocates nothing.
+/// Adds latency for studies: a sample that passed the gate comes out `delay` later, with the same age as when it went
+/// in. One thread; allocates nothing.
 class HandDelay {
  public:
   static constexpr Time kLongest = std::chrono::seconds(1);
 
-  /// For what goes in from now on; what is on its way is forgotten if it changes. At most kLongest.
+  /// Applies to samples that go in from now on. A change drops the samples inside. At most kLongest.
   void set(Time delay) {
     delay = std::clamp(delay, Time(0), kLongest);
     if (delay != delay_) clear();
@@ -21,7 +21,7 @@ class HandDelay {
   }
   void clear() { first_ = count_ = 0; }
 
-  /// Where too much is on its way, the oldest is dropped.
+  /// If there is no room, the oldest sample is dropped.
   void push(const OperatorSample& sample) {
     if (count_ == kRoom) drop();
     OperatorSample& last = samples_[(first_ + count_++) % kRoom];
@@ -29,7 +29,7 @@ class HandDelay {
     last.stamp.hand += delay_;
     last.stamp.made += delay_;
   }
-  /// The next one whose time has come by `now`: call until false.
+  /// The next sample that is due by `now`. Call it until it returns false.
   bool pop(Time now, OperatorSample& sample) {
     if (count_ == 0 || (delay_ > Time(0) && samples_[first_].stamp.made > now)) return false;
     sample = samples_[first_];

@@ -14,22 +14,22 @@
 
 namespace steadyhand {
 
-/// Control thread to planner, once a cycle.
+/// From the control thread to the planner, once a cycle.
 struct ControlReport {
   Time now{0};
   SupervisionState state = SupervisionState::kIdle;
   std::uint64_t engagement = 0;  ///< see Supervisor::engagements
   std::uint64_t grip = 0;        ///< see Supervisor::grip
-  bool soft_stop = false;        ///< stopping, and the planner has still time to do it
+  bool soft_stop = false;        ///< stopping, and the planner still has time for the stop
 };
 
-/// A sample and whose it is: grips of one hand are not those of another.
+/// A sample with its owner: grips of one hand are not those of another.
 struct HeldSample {
   OperatorSample sample;
-  std::uint64_t holder = 0;  ///< Links::holder when it came in
+  std::uint64_t holder = 0;  ///< Links::holder when it arrived
 };
 
-/// Control thread to whoever looks.
+/// From the control thread to observers.
 struct ControlView {
   Time now{0};
   SupervisionState state = SupervisionState::kIdle;
@@ -38,17 +38,17 @@ struct ControlView {
   JointCommand command;
   JointState measured;
   bool at_rest = false;
-  std::uint64_t stops = 0;  ///< Asked::stops that this takes into account
+  std::uint64_t stops = 0;  ///< Asked::stops included in this view
   std::uint64_t cycles = 0, missed_deadlines = 0, rejected_plans = 0, plans = 0;
-  std::uint64_t dodges = 0;  ///< brakings for obstacles that appeared on the way
+  std::uint64_t dodges = 0;  ///< times the arm braked for an obstacle that appeared on its way
 };
 
-/// Planner thread to whoever looks.
+/// From the planner thread to observers.
 struct PlannerView {
   Target target;
   ActiveConstraint constraint;
   Plan plan;
-  Reference reference;          ///< of the newest plan towards the hand; without a grip no nodes
+  Reference reference;          ///< for the newest plan that follows the hand; without a grip no nodes
   double tracking_error = 0.0;  ///< m, target to tool where the plan begins
   std::uint64_t samples = 0, dropped_samples = 0, solves = 0, failed = 0;
 };
@@ -56,24 +56,24 @@ struct PlannerView {
 /// A command for taps and monitor.
 struct TappedCommand {
   JointCommand command;
-  bool anew = false;  ///< the arm was restarted where it stands: it need not continue those before
+  bool anew = false;  ///< the arm was restarted where it is: this command need not continue the one before
 };
 
-/// Copies of everything on its way, for a recorder. What does not fit is dropped and counted; nobody waits.
+/// Copies of all data in transit, for a recorder. If a ring is full, data is dropped and counted; no thread waits.
 struct TapRings {
   // written by the planner thread
   SpscRing<OperatorSample> samples{1024};
   SpscRing<Target> targets{1024};
   SpscRing<AppliedSettings> settings{64};
-  SpscRing<PlanningRecord> steps{64};  ///< some of all: see PlanningSettings::tap_period
+  SpscRing<PlanningRecord> steps{64};  ///< some of them: see PlanningSettings::tap_period
   // written by the control thread
   SpscRing<TappedCommand> commands{2048};
   SpscRing<JointState> states{2048};
   SpscRing<SupervisionChange> changes{256};
 };
 
-/// Stops and resets that people ask for, and what control made of them. Counters, where flags would be taken back and
-/// with them what was asked in that moment; see Supervisor.
+/// Requested stops and resets, and the resulting halts. They are counters, since clearing a flag could lose a request
+/// made at the same moment; see Supervisor.
 struct Asked {
   std::atomic<std::uint64_t> stops{0};     ///< any thread counts on
   std::atomic<std::uint64_t> reset_of{0};  ///< any thread: `halts` when a reset was asked for
@@ -84,7 +84,7 @@ struct Asked {
   void reset() { reset_of = halts.load(); }
 };
 
-/// Everything that the threads of a session share. Each member has one writer and one reader, but for the counters.
+/// Everything that the threads of a session share. Each member has one writer and one reader, except the counters.
 struct Links {
   SpscRing<HeldSample> samples{256};                               ///< input to planner
   LatestValue<OperatorSettings> settings;                          ///< main to planner
@@ -92,15 +92,15 @@ struct Links {
   LatestValue<HandReport> hand;                                    ///< planner to control
   LatestValue<Plan> plan;                                          ///< planner to control
   LatestValue<ControlReport> report;                               ///< control to planner
-  LatestValue<Plan> followed;             ///< control to planner: what is followed since the last change
+  LatestValue<Plan> followed;             ///< control to planner: the followed plan, after each change
   LatestValue<ControlView> control_view;  ///< control to main
   LatestValue<PlannerView> planner_view;  ///< planner to main
   Asked asked;
-  std::atomic<const char*> failure{nullptr};  ///< any thread that cannot go on, for good: static text for people
-  std::atomic<std::uint64_t> holder{0};       ///< any thread: counts whose hand it is; each must open its clutch first
-  /// Any thread: counts how often the glass was filled again. A request, control at a fresh grip or a reset.
+  std::atomic<const char*> failure{nullptr};  ///< any thread that failed for good: static text for people
+  std::atomic<std::uint64_t> holder{0};       ///< any thread: counts hands in control; each must first open its clutch
+  /// Any thread: counts refills of the glass. Incremented by a request, and by control at a new grip or a reset.
   std::atomic<std::uint64_t> refills{0};
-  /// Control to planner: how the arm moves, command by command, and at the end of missed cycles its own set-point.
+  /// Control to planner: each command that moves the arm; after missed cycles also the arm's own set-point.
   SpscRing<JointCommand> moved{512};
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check

@@ -14,7 +14,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kWakeSlack = std::chrono::microseconds(300);  ///< that the planner's thread may wake late
+constexpr Time kWakeSlack = std::chrono::microseconds(300);  ///< how late the planner's thread may wake up
 constexpr Time kRestWithin = std::chrono::seconds(2);
 
 }  // namespace
@@ -55,7 +55,7 @@ void LiveSession::start(LiveTaps taps) {
 
 bool LiveSession::is_running() const { return threads_->running; }
 
-/// What the work throws is a fault of the session. True if it throws nothing.
+/// Turns an exception of the work into a fault of the session. True if there is none.
 template <typename Work>
 bool LiveSession::goes_well(const char* otherwise, const Work& work) {
   try {
@@ -78,7 +78,7 @@ void LiveSession::run_control() {
     while (threads_->running.load(std::memory_order_relaxed)) control_cycle();
   });
   if (well) return;
-  control_failed_ = true;  // nothing is sent any more: an arm without commands stops by itself
+  control_failed_ = true;  // no more commands: an arm without commands stops by itself
   links_->asked.halted = true;
 }
 
@@ -87,7 +87,7 @@ void LiveSession::run_planner() {
   if (settings_.realtime) {
     if (const std::string why = make_realtime(kPlannerPriority); !why.empty()) warn("planner: " + why);
   }
-  // What it has in its hands may be half done, so it does not go on.
+  // The planner's data may be inconsistent after an exception, so the planner does not continue.
   (void)goes_well("the planner failed: restart the program", [this] { plan_on(); });
 }
 
@@ -104,7 +104,8 @@ void LiveSession::plan_on() {
       look_ahead = look_ahead_at(rate);
       planning_->set_look_ahead(look_ahead, settings_.time_budget);
     }
-    // Just in time for a control cycle, where the plan can begin: earlier, hands would grow old waiting for it.
+    // Plan just in time for a control cycle, where the plan can begin: an earlier start would use older samples of the
+    // hand.
     const Time too_late = (next - planning_->control_time() + from_seconds(look_ahead) + kWakeSlack) % cycle;
     clock_->sleep_until(next - (too_late < Time(0) ? too_late + cycle : too_late));
     (void)plan();
@@ -124,7 +125,7 @@ void LiveSession::run_writer() {
       refresh();
       if (taps_.look) taps_.look(snapshot());
     });
-    if (!well) taps_ = {};  // what the page and the end need goes on
+    if (!well) taps_ = {};  // stop recording; data for the page and the summary is still collected
     next = std::max(next + kWriterPeriod, clock_->now());
     if (!last) clock_->sleep_until(next);
   }

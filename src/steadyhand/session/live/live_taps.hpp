@@ -20,7 +20,7 @@
 
 namespace steadyhand {
 
-/// One look at a live session.
+/// State of a live session at one time.
 struct SessionSnapshot {
   Time now{0};                                       ///< time of the session's clock
   SupervisionState state = SupervisionState::kIdle;  ///< state of the supervision
@@ -51,30 +51,30 @@ struct SessionSnapshot {
   bool planner_rate_automatic = false;               ///< it follows what the machine sustains
 };
 
-/// They are in force from here on.
+/// Settings that are in force from a time on.
 struct AppliedSettings {
   Time at{0};                 ///< session's clock
   OperatorSettings settings;  ///< all of them
 };
 
-/// A planning step that asked the solver, as far as reports use it.
+/// A planning step that ran the solver: the data that reports use.
 struct PlanningRecord {
-  Time at{0};                ///< where its plan begins
-  Plan plan;                 ///< what is followed from there on, if the step failed the plan before
+  Time at{0};                ///< start of its plan
+  Plan plan;                 ///< followed from there on; the plan before if the step failed
   Pose X_base_target;        ///< target of the newest hand
-  Reference reference;       ///< what was aimed at
-  const Ocp* ocp = nullptr;  ///< what was solved; lives as long as the session
-  SolveFigures solved;       ///< what it came to
+  Reference reference;       ///< reference of the solve
+  const Ocp* ocp = nullptr;  ///< the solved problem; lives as long as the session
+  SolveFigures solved;       ///< result of the solve
   bool engaged = false;      ///< following the hand, not stopping
 };
 
-/// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,
-/// some hundred times a second. Any may be empty.
+/// Get copies of all data of a live session, about a hundred times a second, on one thread that is neither control nor
+/// planner. Any may be empty.
 struct LiveTaps {
-  std::function<void(const OperatorSample&)> sample;     ///< each that came
-  std::function<void(const Target&)> target;             ///< each that was retargeted
+  std::function<void(const OperatorSample&)> sample;     ///< each sample that arrived
+  std::function<void(const Target&)> target;             ///< each new target
   std::function<void(const AppliedSettings&)> settings;  ///< as they take effect
-  /// Obstacles from a time on, which is also when moving ones are at their positions; first at the start.
+  /// Obstacles from a time on, when moving ones are at their positions; called first at the start.
   std::function<void(Time, const Cell&)> cell;
   std::function<void(const PlanningRecord&)> step;       ///< see PlanningSettings::tap_period
   std::function<void(const JointCommand&)> command;      ///< each
@@ -85,7 +85,7 @@ struct LiveTaps {
 
 /// Violations in the whole session's commands and measured motion. Every excess beyond rounding counts, with its size.
 struct MonitorResult {
-  std::uint64_t commands = 0;  ///< that it looked at
+  std::uint64_t commands = 0;  ///< commands checked
   std::uint64_t states = 0;    ///< measured, likewise
   /// Commands out of the model's limits of position, speed or acceleration, in their own values or in the change from
   /// one to the next, over any time between them.

@@ -9,13 +9,13 @@ namespace steadyhand {
 
 namespace {
 
-/// What rounding may add, also where a plan goes over to the next: to what commands say, to their differences, and to
-/// distances. Far less than planner and control loop may take for themselves.
+/// Tolerances for rounding, also at the change from one plan to the next: of commands, their differences, and
+/// distances. Much smaller than the tolerances of planner and control loop.
 constexpr double kPosition = 3e-6, kSpeed = 1e-3, kAcceleration = 1e-2;  // rad, rad/s, rad/s^2 (m...)
 constexpr double kOverlap = 1e-5;                                        // m
-constexpr double kMeasured = 0.02;  // share of the speed limit that measuring may add
+constexpr double kMeasured = 0.02;  // share of the speed limit, for errors of measurement
 
-/// By how much a value is beyond its limits, at most of all joints; 0 inside, infinite if it is no number.
+/// By how much a value exceeds its limits, largest over all joints; 0 inside, infinite if it is not a number.
 double excess(const JointVector& value, const JointVector& low, const JointVector& high) {
   const double most = std::max((low - value).maxCoeff(), (value - high).maxCoeff());
   return value.allFinite() ? std::max(0.0, most) : std::numeric_limits<double>::infinity();
@@ -23,7 +23,7 @@ double excess(const JointVector& value, const JointVector& low, const JointVecto
 
 double excess(const JointVector& value, const JointVector& limit) { return excess(value, -limit, limit); }
 
-/// Takes note of it. @return whether it counts
+/// Records the largest excess. @return whether it is beyond the tolerance
 bool note(double excess, double tolerance, double& most) {
   if (!(excess > tolerance)) return false;
   most = std::max(most, excess);
@@ -34,7 +34,7 @@ bool note(double excess, double tolerance, double& most) {
 
 Monitor::Monitor(const RobotModel& model, const GlassSettings& glass)
     : commanded_(model), measured_(model), glass_(glass), liquid_(glass) {
-  measured_.set_position(model.home);  // until a state comes
+  measured_.set_position(model.home);  // until a state arrives
 }
 
 void Monitor::fill(double height) {
@@ -56,9 +56,9 @@ void Monitor::update(const JointCommand& command, bool anew) {
                  note(excess(command.dq, model.velocity_max), kSpeed, r.speed_excess) |
                  note(excess(command.ddq, model.acceleration_max), kAcceleration, r.acceleration_excess);
   const double dt = to_seconds(command.stamp.made - last_command_.stamp.made);
-  if (r.commands > 0 && !anew) {  // what it says of its derivatives may not be what it does
+  if (r.commands > 0 && !anew) {  // the stated derivatives may differ from the actual motion
     const JointVector way = command.q - last_command_.q, change = command.dq - last_command_.dq;
-    // Within the limits of acceleration the mean of both speeds leads no further astray than this.
+    // Within the acceleration limits, the step differs from the mean of both speeds by no more than this.
     const JointVector astray = way - 0.5 * dt * (command.dq + last_command_.dq);
     const JointVector span = JointVector::Constant(way.size(), std::max(dt, 1e-9));
     outside |= !(dt > 0.0) | note(excess(way.cwiseQuotient(span), model.velocity_max), kSpeed, r.speed_excess) |
@@ -78,12 +78,12 @@ void Monitor::update(const JointCommand& command, bool anew) {
   last_command_ = command;
 }
 
-/// Of a body of the arm, or of what it carries.
+/// Name of a body of the arm, or of an object that it carries.
 const std::string& Monitor::name(int solid) const {
   return solid < kMaxBodies ? commanded_.model().bodies[solid].name : names_[solid - kMaxBodies];
 }
 
-/// After commanded_.set_position.
+/// Call after commanded_.set_position.
 void Monitor::look_at_obstacles(Time now) {
   const double t = to_seconds(now - obstacles_.time);
   bool touches = false;

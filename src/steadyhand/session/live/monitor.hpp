@@ -9,31 +9,30 @@
 
 namespace steadyhand {
 
-/// Looks at every command and every measured state, away from the control loop, and knows nothing of plans: an
-/// independent witness of what the session did. It also carries the liquid, driven by the glass as measured; a gripper
-/// has none. One thread.
+/// Independent monitor: checks every command and every measured state, outside the control loop and without knowledge
+/// of plans. It also simulates the liquid, driven by the measured motion of the glass; a gripper has none. One thread.
 class Monitor {
  public:
   /// The model must outlive it.
   Monitor(const RobotModel& model, const GlassSettings& glass);
 
-  /// @param anew the arm was restarted where it stands: the command need not continue those before
+  /// @param anew the arm was restarted where it is: the command need not continue the one before
   void update(const JointCommand& command, bool anew = false);
   void update(const JointState& state);
-  /// From the next command on. @param names of the obstacles, for people
+  /// Applies from the next command on. @param names of the obstacles, for people
   void set_obstacles(const Obstacles& obstacles, std::vector<std::string> names);
-  /// Fresh, and at rest in the glass as it leans now.
+  /// Refills the glass; the liquid is at rest in the glass as it leans now.
   void reset_liquid() { liquid_.reset(measured_.R().transpose() * kGravity); }
-  /// m, of fresh liquid.
+  /// Refills the glass to this height, m.
   void fill(double height);
 
-  /// For people, a line for each obstacle that the arm is in, as it was measured last.
+  /// One line for each obstacle that the arm touches as last measured, for people.
   std::vector<std::string> overlaps() const;
 
   const Obstacles& obstacles() const { return obstacles_; }
   const MonitorResult& result() const { return result_; }
   const LiquidState& liquid() const { return liquid_.state(); }
-  /// Of the newest measured state, glass frame, m/s^2.
+  /// Specific force at the newest measured state, glass frame, m/s^2.
   const Vector3& local_acceleration() const { return local_acceleration_; }
   /// At the newest measured state.
   const Kinematics& arm() const { return measured_; }

@@ -8,14 +8,14 @@
 
 namespace steadyhand {
 
-/// A clock that stands still but where somebody sleeps, and runs while something is timed.
+/// A clock that advances only in sleep_until(), and while something is timed.
 class SteppedClock final : public Clock {
  public:
-  /// @param wall what times: any monotonic clock; empty: nothing is timed
+  /// @param wall any monotonic clock, for timing; empty: nothing is timed
   explicit SteppedClock(std::function<Time()> wall) : wall_(std::move(wall)) {}
   Time now() const override { return runs_ ? at_ + (wall_() - since_) : at_; }
   void sleep_until(Time deadline) override { at_ = std::max(at_, deadline); }
-  /// The wall clock's time counts on top from here on; no longer.
+  /// True: from now on the wall clock's time is added. False: no longer.
   void run(bool on) {
     runs_ = on && wall_;
     if (runs_) since_ = wall_();
@@ -27,19 +27,20 @@ class SteppedClock final : public Clock {
   bool runs_ = false;
 };
 
-/// A live session on one thread: control, planner and writer take turns, in the order of their times.
+/// A live session on one thread: control, planner and writer take turns in the order of their times.
 class OneThreadSession : public Session {
  public:
-  /// Model, arm and clock must outlive it; the arm must be a simulated one of this clock. Fails as LiveSession::make.
+  /// Model, arm and clock must outlive it; the arm must be simulated and use this clock. Fails as LiveSession::make
+  /// does.
   static Result<std::unique_ptr<OneThreadSession>> make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
                                                         SteppedClock& clock);
-  /// Once, before step().
+  /// Call once, before step().
   void start(LiveTaps taps = {});
-  /// When the next cycle of the arm is, session's clock.
+  /// Time of the arm's next cycle, session's clock.
   Time next_cycle() const { return clock_->now() + cycle_; }
-  /// That cycle, and what is due by then.
+  /// Runs that cycle, and everything due by then.
   void step();
-  /// What it came to so far.
+  /// Summary of the session so far.
   LiveSummary summary() { return summarize(); }
 
  private:
@@ -47,7 +48,7 @@ class OneThreadSession : public Session {
 
   SteppedClock* stepped_clock_;
   Time cycle_, next_plan_{0}, next_look_{0};
-  double rate_;  ///< Hz, that planning keeps now
+  double rate_;  ///< Hz, the current rate of planning
 };
 
 }  // namespace steadyhand

@@ -13,21 +13,21 @@ namespace steadyhand {
 
 namespace {
 
-/// By how much plans stay inside the limits: more than the tolerances of solver and check, and than what is between the
-/// instants that the check looks at.
+/// How far plans stay inside the limits: more than the tolerances of solver and check, and than the motion between two
+/// instants that the check tests.
 constexpr double kPositionMargin = 1e-4;  // rad (m)
 constexpr double kMargin = 1e-4;          // share of speed and acceleration
 
-/// m: how far an arm's servos may lead its bodies astray. A lag of T smooths a motion with acceleration a by about
-/// a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
+/// m: largest deviation of the bodies due to the lag of the servos. A lag of T smooths a motion with acceleration a by
+/// about a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
 constexpr double kServoMargin = 1e-3;
 
-/// s of its speed that an arm is taken to go on as it comes to rest: of 0, 0.1, 0.2 and 0.5 the one with the shortest
+/// s; an arm that stops is taken to travel its speed times this. Of 0, 0.1, 0.2 and 0.5 the value with the shortest
 /// stops.
 constexpr double kOnward = 0.2;
 
-/// The model with a share of its limits, less the margins, and pairs of bodies larger by the servos' margin, or less if
-/// they are nearer than that at home.
+/// The model with a share of its limits, less the margins. Pairs of bodies are larger by the servos' margin, or by less
+/// if they are nearer than that at home.
 RobotModel within(const RobotModel& model, double speed_scaling) {
   Kinematics arm(model);
   arm.set_position(model.home);
@@ -75,7 +75,7 @@ Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
                                                            Links& links, const Clock& clock) {
   PlanningSettings resolved = settings;
-  // They may come while the session runs.
+  // Obstacles may appear while the session runs.
   if (resolved.ocp.obstacle_rows == 0) resolved.ocp.obstacle_rows = kUsualObstacleRows;
   const bool slow_first = settings.first_speed_scaling < 1.0 && settings.first_moves > 0.0;
   auto scaled = make_scaled(model, slow_first ? settings.first_speed_scaling : 1.0, resolved);
@@ -88,7 +88,7 @@ Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& mod
   }
   const Reach reach = compute_reach(model);
   resolved.predictor = complete(settings.predictor, settings.ocp, reach);
-  // The gate has judged every sample before it comes to the retargeter.
+  // The gate checks every sample before it reaches the retargeter.
   resolved.retarget.accept_emulated = true;
   return std::unique_ptr<PlanningStage>(
       new PlanningStage(resolved, links, clock, std::move(*scaled), std::move(next), reach));
@@ -123,7 +123,7 @@ bool PlanningStage::step(Time now) {
   apply_obstacles();
   const Time start = next_start(now);
 
-  // What control follows decides where the next plan begins, not what was sent: that may have come too late.
+  // The next plan begins on the plan that control follows, not on the one sent last: that may have arrived too late.
   (void)links_->followed.read(followed_);
   scaled_.planner->continue_from(followed_);
   const JointCommand at_start = sample(followed_, start);
@@ -155,8 +155,8 @@ bool PlanningStage::step(Time now) {
   return view_.solves > solves;
 }
 
-/// Where the next plan begins: in time for a control cycle, and not much before it, since a plan waits for the cycle
-/// that comes after its start.
+/// Start of the next plan: in time for a control cycle and not much before it, since a plan waits for the cycle after
+/// its start.
 Time PlanningStage::next_start(Time now) const {
   const Time earliest = now + from_seconds(settings_.look_ahead), cycle = from_seconds(settings_.cycle);
   if (cycle <= Time(0) || report_.now <= Time(0)) return earliest;
@@ -165,7 +165,7 @@ Time PlanningStage::next_start(Time now) const {
   return std::max(report_.now + ahead * cycle - before, now);
 }
 
-/// The liquid moves with what the arm did, whatever was planned: also where it continued by itself. A fresh glass is at
+/// The liquid follows the commands that moved the arm, also where the arm continued by itself. After a refill it is at
 /// rest.
 void PlanningStage::follow_liquid() {
   for (JointCommand next; links_->moved.pop(next); moved_ = next)
@@ -178,7 +178,7 @@ void PlanningStage::follow_liquid() {
   scaled_.planner->set_liquid(liquid_state_, moved_.stamp.made);
 }
 
-/// As a whole: a profile's weights are not for the limits of the one before.
+/// All settings change together: the weights of one profile do not suit the limits of another.
 void PlanningStage::apply_settings(Time now, const JointCommand& at_start) {
   OperatorSettings& settings = operator_settings_;
   settings_wait_ = links_->settings.read(settings) || settings_wait_;
@@ -201,7 +201,7 @@ void PlanningStage::apply_settings(Time now, const JointCommand& at_start) {
   links_->taps.settings.push({now, settings});
 }
 
-/// A fresh glass. @param fill m, which has been checked
+/// Refills the glass. @param fill m, checked by the caller
 void PlanningStage::pour(double fill) {
   glass_.fill = fill;
   is_fresh_ = true;
@@ -209,8 +209,8 @@ void PlanningStage::pour(double fill) {
   for_each_planner([&](Planner& planner) { (void)planner.set_glass(glass_); });
 }
 
-/// At rest, where there is no motion that the other limits would not allow.
-/// @pre there is one of this number
+/// Call it at rest, where every motion satisfies the new limits.
+/// @pre a planner of this number exists
 void PlanningStage::use_planner(int planner) {
   Planner& before = *scaled_.planner;
   planner_ = planner;
@@ -221,7 +221,7 @@ void PlanningStage::use_planner(int planner) {
   use_liquid();
 }
 
-/// That of the problem in use. Where it knows none, that of the one before is still in the glass.
+/// Takes the liquid of the problem in use. If it has none, that of the problem before stays in the glass.
 void PlanningStage::use_liquid() {
   std::optional<LiquidEstimate>& liquid = liquids_[static_cast<std::size_t>(planner_)];
   if (!liquid) return;
@@ -238,9 +238,9 @@ void PlanningStage::apply_obstacles() {
   for_each_planner([&](Planner& planner) { (void)planner.set_obstacles(obstacles); });  // the sender has checked them
 }
 
-/// With those at rest nothing draws the arm anywhere, it loses its speed and rights the glass as fast as the liquid
-/// bears. The terms' own bounds were found by stopping moving arms at random instants: they spill least of what comes
-/// to rest within 0.6 s.
+/// The weights at rest pull the arm nowhere: it slows down and rights the glass as fast as the liquid allows. The
+/// terms' bounds were found by stopping moving arms at random instants: of the bounds that stop within 0.6 s they spill
+/// least.
 void PlanningStage::set_weights(std::span<const JointVector> weights) {
   weights_.assign(weights.begin(), weights.end());
   rest_weights_.assign(weights.begin(), weights.end());
@@ -250,7 +250,7 @@ void PlanningStage::set_weights(std::span<const JointVector> weights) {
   }
 }
 
-/// Takes in what the hand did since the last step.
+/// Reads the samples of the hand since the last step.
 void PlanningStage::take_hand(Time now, const Pose& X_base_tool) {
   HeldSample held;
   while (links_->samples.pop(held)) {
@@ -265,8 +265,8 @@ void PlanningStage::take_hand(Time now, const Pose& X_base_tool) {
   }
   for (OperatorSample sample; delay_.pop(now, sample);) send_target(retargeter_.update(sample, X_base_tool));
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
-  change_holder(links_->holder);  // who may not have said anything yet
-  // A person grips again then. A policy says only once that its hand is open.
+  change_holder(links_->holder);  // the new hand may not have sent a sample yet
+  // A person then grips again. A policy reports only once that its hand is open.
   const bool grips_again = settings_wait_ && (!waited_ || gate_.report().leader != Leader::kPolicy);
   waited_ = settings_wait_;
   if (grips_again || to_seconds(now - gate_.report().received) > settings_.sample_timeout) gate_.forget();
@@ -276,7 +276,7 @@ void PlanningStage::take_hand(Time now, const Pose& X_base_tool) {
   links_->hand.write(report);
 }
 
-/// In the order of the samples: what the next hand did counts, however soon after the last one.
+/// In the order of the samples: samples of the next hand count, however soon after the last one.
 void PlanningStage::change_holder(std::uint64_t holder) {
   if (holder == holder_) return;
   holder_ = holder;
@@ -293,7 +293,7 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     grip_ = report_.grip;
     if (stands(at_start)) {
       if (new_grip) leave_first_moves();
-      scaled_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
+      scaled_.planner->reset(at_start.q, at_start.stamp.made);  // the last solution is no guess from rest
       scaled_.planner->set_liquid(liquid_state_, moved_.stamp.made);
     }
     OperatorSample grip = trusted_;
@@ -301,8 +301,8 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     retargeter_.release();
     send_target(retargeter_.update(grip, X_base_tool));
   } else if (!follow && following_) {
-    // The glass leans as the hand held it last, where it is and faces when it stops. An arm that lags behind a turn, or
-    // cannot reach it, makes up for none of that: it would go on by decimetres.
+    // Target of a stop: the glass leans as the hand held it last; position and heading are those where the arm stops.
+    // An arm that lags behind a turn or cannot reach it does not catch up: that would take decimetres.
     scaled_.arm.set_position(at_start.q + kOnward * at_start.dq);
     const Target& newest = predictor_.newest();
     const Vector3 up = newest.X_base_tool.q * Vector3::UnitZ();
@@ -313,7 +313,7 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
   following_ = follow;
 }
 
-/// At rest, where there is no motion that the other limits would not allow.
+/// Call it at rest, where every motion satisfies the new limits.
 void PlanningStage::leave_first_moves() {
   if (!scaled_.is_slow || followed_for_ < settings_.first_moves) return;
   after_first_moves_->planner->continue_from(*scaled_.planner);
@@ -334,15 +334,15 @@ void PlanningStage::plan_following(Time start) {
                                        scaled_.planner->instance(), reach_, scaled_.arm, settings_.planner.obstacles);
 }
 
-/// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, or finds no rest in
-/// time, straight, or where nothing shall be spilled along what is followed.
+/// Plans to rest: by the problem while the arm is fast, then straight. If the problem has no solution or does not end
+/// at rest in time, the plan is straight; where the liquid must not spill, the followed plan continues instead.
 void PlanningStage::plan_rest(const JointCommand& at_start) {
   constexpr double kSlow = 0.1, kLastPart = 0.1;                   // rad/s (m/s), s
   if (stop_.joints > 0 && followed_.start == stop_.start) return;  // the last part is under way
   const bool slow = at_start.dq.cwiseAbs().maxCoeff() < kSlow;
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
   if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(scaled_.planner->plan());
-  // What is followed ends at rest, too, and spills less than a straight stop.
+  // The followed plan also ends at rest, and spills less than a straight stop.
   if (!slow && scaled_.planner->ocp().liquid() && scaled_.planner->instance().liquid.counts) return;
   make_straight_stop(scaled_.arm.model(), at_start, kLastPart, stop_);
   stop_.world = settings_.planner.obstacles.version;
@@ -351,7 +351,7 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
     send(stop_);
 }
 
-/// At rest while holding: shows that the planner can plan, and stays.
+/// At rest while holding: shows that the planner can plan, and stays there.
 void PlanningStage::plan_standing(const JointCommand& at_start) {
   if (!solve(at_start.stamp.made, weights_)) return;
   make_straight_stop(scaled_.arm.model(), at_start, 0.0, stop_);
@@ -359,7 +359,7 @@ void PlanningStage::plan_standing(const JointCommand& at_start) {
   send(stop_);
 }
 
-/// True if the planner's plan is new and passed its check.
+/// True if the plan is new and passed its check.
 bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   reference_ = predictor_.predict(start);
   if (reference_.nodes == 0) return false;
@@ -373,7 +373,7 @@ bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   return solved;
 }
 
-/// Tells of the solve of this step, if it is time for that or it failed. The plan is on its way by then.
+/// Records the solve of this step if it is due or it failed. The plan has been sent by then.
 void PlanningStage::tap() {
   const bool failed = scaled_.planner->fault() != PlanFault::kNone;
   if (!failed && reference_.start < next_tap_) return;

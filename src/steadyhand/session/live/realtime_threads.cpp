@@ -17,7 +17,7 @@ namespace steadyhand {
 
 namespace {
 
-/// What sched_setattr(2) takes; C libraries have had it for a short time only.
+/// Argument of sched_setattr(2); only recent C libraries declare it.
 struct SchedulingAttributes {
   std::uint32_t size = sizeof(SchedulingAttributes), policy = SCHED_OTHER;
   std::uint64_t flags = 0;
@@ -26,10 +26,10 @@ struct SchedulingAttributes {
   std::uint64_t runtime = 0, deadline = 0, period = 0;  // ns
 };
 
-/// Without a right to more: shorter turns (Linux 6.12 and newer), so that what wakes waits for nobody's long one, and
-/// as much of the processor as this user may have.
+/// Without permission for a real-time priority: shorter time slices (Linux 6.12 and newer), so that a thread that wakes
+/// up does not wait for a long slice of another, and the highest priority that this user may set.
 void ask_for_short_turns() {
-  constexpr std::uint64_t kShortest = 100'000;  // ns, that Linux takes
+  constexpr std::uint64_t kShortest = 100'000;  // ns, smallest that Linux accepts
   constexpr int kMost = -15;
   const auto thread = static_cast<id_t>(syscall(SYS_gettid));
   (void)setpriority(PRIO_PROCESS, thread, kMost);
@@ -42,7 +42,7 @@ void ask_for_short_turns() {
 }  // namespace
 
 std::string lock_memory() {
-  // MCL_ONFAULT: only what is touched, so that the unused stacks of threads cost nothing.
+  // MCL_ONFAULT: lock only pages in use, so that the unused stacks of threads cost nothing.
   if (mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0) return {};
   return fmt::format("memory is not locked ({}); raise `memlock` in /etc/security/limits.conf", std::strerror(errno));
 }

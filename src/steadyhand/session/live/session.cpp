@@ -19,9 +19,9 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kLatePeriods = 4.0;  ///< of the planner without a plan, before supervision may call it late
+constexpr double kLatePeriods = 4.0;  ///< periods without a plan before supervision may call the planner late
 
-/// s, the longest look-ahead that leaves the planner its rate (Hz) on an arm with this cycle (s).
+/// s, the longest look-ahead that still lets the planner keep its rate (Hz) on an arm with this cycle (s).
 double longest_look_ahead(double cycle, double rate) { return std::max(cycle, 1.0 / rate - cycle); }
 
 /// s, PlanningSettings::look_ahead for this rate (Hz).
@@ -32,7 +32,7 @@ double look_ahead_for(const LiveSettings& settings, double cycle, double rate) {
 
 }  // namespace
 
-/// What no thread but the writer's uses, and what is shared under a lock.
+/// Data that only the writer's thread uses, and data shared under a lock.
 struct Session::State {
   State(const RobotModel& model, const LiveSettings& settings, const Arm& arm, double slowest_rate)
       : chosen_rate_hz(settings.adapt_rate ? 0.0 : settings.planner_rate_hz),
@@ -42,28 +42,28 @@ struct Session::State {
         arm_kinematics(model),
         cell(settings.cell) {}
 
-  std::atomic<double> chosen_rate_hz;  ///< 0: nobody told one
+  std::atomic<double> chosen_rate_hz;  ///< 0: not set
   std::atomic<double> sustained_rate_hz;
-  RateKeeper rate_keeper;  ///< of the planner's thread
+  RateKeeper rate_keeper;  ///< used by the planner's thread
 
   // ---- of the writer thread
   Monitor monitor;
-  std::uint64_t refills = 0;  ///< Links::refills that were poured
+  std::uint64_t refills = 0;  ///< Links::refills handled so far
   Kinematics arm_kinematics;
   ControlView control_view;
   PlannerView planner_view;
   LiveSummary summary;
   Time started{0}, engaged_since{0};
 
-  mutable Mutex mutex;  ///< of what follows; never taken by control or planner
-  Mutex changes;        ///< of the cell, one at a time
+  mutable Mutex mutex;  ///< guards the members below; never taken by control or planner
+  Mutex changes;        ///< serializes changes of the cell
   Cell cell;
   Time cell_at{0};
-  std::optional<Obstacles> fresh_obstacles;  ///< of the cell, which the writer has not seen
-  std::uint64_t world = 0;                   ///< versions of the cell so far
+  std::optional<Obstacles> fresh_obstacles;  ///< the new cell's obstacles, not yet read by the writer
+  std::uint64_t world = 0;                   ///< number of versions of the cell so far
   SessionSnapshot snapshot;
   bool stopped_at_rest = false;
-  std::uint64_t stops = 0;  ///< that stopped_at_rest takes into account
+  std::uint64_t stops = 0;  ///< stops included in stopped_at_rest
   std::vector<std::string> warnings;
 };
 
@@ -157,7 +157,7 @@ void Session::fail(const char* why, const char* details) noexcept {
   if (links_->failure.exchange(why) == why) return;
   try {
     warn(fmt::format("{} ({})", why, details));
-  } catch (const std::exception&) {  // no memory for the words
+  } catch (const std::exception&) {  // no memory for the text
   }
 }
 
@@ -223,7 +223,7 @@ void Session::drain() {
   empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
 }
 
-/// A cell that is new is told before the commands that know it.
+/// Passes a new cell on before the commands that depend on it.
 void Session::see_cell() {
   std::optional<Obstacles> obstacles;
   Cell cell;
@@ -280,7 +280,7 @@ void Session::refresh() {
   s.local_acceleration = state_->monitor.local_acceleration();
   s.tracking_error = state_->planner_view.tracking_error;
   if (s.state != SupervisionState::kEngaged && s.state != SupervisionState::kHolding) {
-    s.target.X_base_tool = s.X_base_tool;  // the next grip begins there
+    s.target.X_base_tool = s.X_base_tool;  // the next grip starts there
     s.tracking_error = std::numeric_limits<double>::quiet_NaN();
   }
   const NearestPair nearest = nearest_pair(state_->monitor.arm(), state_->monitor.obstacles());

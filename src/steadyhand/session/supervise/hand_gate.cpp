@@ -47,7 +47,7 @@ HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   report_.received = now;
   if (any_ && sample.leader != last_.leader) forget();
   report_.leader = sample.leader;
-  if (!sample.clutch) gripped_ = report_.clutch = false;  // letting go counts, however late and in whatever order
+  if (!sample.clutch) gripped_ = report_.clutch = false;  // a release counts, even if it is late or out of order
   if (any_) {
     const double newer = to_seconds(sample.stamp.hand - last_.stamp.hand);
     if (newer <= 0.0 && newer > -settings_.clock_step) {

@@ -9,7 +9,7 @@ namespace {
 using State = SupervisionState;
 using Event = SupervisionEvent;
 
-// For each state the gravest event first.
+// In each state the most severe event comes first.
 constexpr Transition kTransitions[] = {
     {State::kIdle, Event::kArmStopped, State::kFault, ""},
     {State::kIdle, Event::kFailed, State::kFault, ""},
@@ -31,7 +31,7 @@ constexpr Transition kTransitions[] = {
     {State::kEngaged, Event::kOffPath, State::kStopping, "the arm is not at its commanded position"},
     {State::kEngaged, Event::kSilence, State::kReady, "the device stopped sending: release and engage again"},
     {State::kEngaged, Event::kReleased, State::kReady, "released"},
-    {State::kEngaged, Event::kGripped, State::kEngaged, "the arm is engaged"},  // the release went by unseen
+    {State::kEngaged, Event::kGripped, State::kEngaged, "the arm is engaged"},  // the release was not seen
     {State::kEngaged, Event::kHandLost, State::kHolding, ""},
     {State::kEngaged, Event::kPlannerLate, State::kHolding, "the planner is late"},
 
@@ -51,12 +51,12 @@ constexpr Transition kTransitions[] = {
     {State::kFault, Event::kResetAsked, State::kIdle, "reset"},
 };
 
-/// What an event is called in messages, and the row's reason where no person leads; empty: the same.
+/// Code of an event in messages, and the reason if no person leads; empty: the row's reason.
 struct EventTexts {
   Event event;
   ReasonCode code;
   std::string_view of_policy = {};
-  std::string_view of_recording = {};  ///< which has nothing to release
+  std::string_view of_recording = {};  ///< a recording has nothing to release
 };
 constexpr EventTexts kEvents[] = {
     {Event::kArmStopped, ReasonCode::kArmStopped},
@@ -159,7 +159,7 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
                                                                               : std::string_view();
     if (!reason.empty()) reason_ = reason;
     if (row.to == State::kEngaged) ++engagements_;
-    // A grip that did not lead to following, or no longer does, is used up.
+    // A grip that did not start following, or no longer follows, cannot be used again.
     grips_used_ = input.hand.grips;
     return &row;
   }

@@ -8,10 +8,10 @@
 
 namespace steadyhand {
 
-/// Most things of a task's scene that are looked at.
+/// Largest number of things in a task's scene.
 inline constexpr int kMaxThings = 16;
 
-/// Where something of a simulated scene is, and how it moves.
+/// Pose and motion of a thing in a simulated scene.
 struct ThingState {
   Pose X_base_thing;
   Vector3 velocity = Vector3::Zero();  ///< m/s, base frame
@@ -23,8 +23,8 @@ struct ThingState {
 /// A simulated scene at one time: the things that its task names, in that order.
 struct SceneState {
   Time at{0};
-  std::uint64_t reset = 0;      ///< how often the scene was set up anew before
-  std::uint64_t forbidden = 0;  ///< contacts of the arm with what the task keeps it off, begun since then
+  std::uint64_t reset = 0;      ///< number of times the scene was set up again before
+  std::uint64_t forbidden = 0;  ///< contacts of the arm with things that it must not touch, started since then
   int things = 0;
   std::array<ThingState, kMaxThings> thing{};
 };

@@ -9,16 +9,16 @@ namespace steadyhand {
 namespace {
 
 constexpr double kBeforeGrip = 0.2;    // s
-constexpr double kAtGrip = 0.7;        // s that the hand stands in its grip: the arm engages, RetargetSettings::ramp
+constexpr double kAtGrip = 0.7;        // s that the hand waits after the grip: the arm engages, RetargetSettings::ramp
 constexpr double kTurnRate = 1.0;      // rad/s, at most on average
-constexpr double kPeakToMean = 1.875;  // of the speed of a motion of minimum jerk
+constexpr double kPeakToMean = 1.875;  // peak to mean speed of a minimum-jerk motion
 constexpr double kShortest = 0.2;      // s
-constexpr double kThere = 0.002;       // m, from where the tool was led
+constexpr double kThere = 0.002;       // m, largest distance of the tool from its goal
 constexpr double kStands = 0.0005;     // m and rad within kRest
 constexpr double kStandsGripper = 0.0005;  // within kRest
 constexpr Time kRest = std::chrono::milliseconds(60);
-constexpr double kPatience = 3.0;     // s after a move's end, for a tool that does not get there
-constexpr double kFingersNeed = 0.3;  // s that fingers are given to begin to move
+constexpr double kPatience = 3.0;     // s after a move's end, for a tool that does not arrive
+constexpr double kFingersNeed = 0.3;  // s until the fingers have started to move
 
 /// Share of the way at share `s` of the time.
 double minimum_jerk(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
@@ -81,11 +81,11 @@ void ScriptedOperator::begin_move(Time now, const SceneState& scene, const Pose&
   duration_ = std::max({kShortest, kPeakToMean * way / move.speed, kPeakToMean * turn / kTurnRate});
 }
 
-/// Where the move leads the tool.
+/// Goal of the tool in this move.
 Pose ScriptedOperator::goal(const Move& move, const SceneState& scene, const Pose& X_base_tool) const {
   const Pose& to = scene.thing[move.to].X_base_thing;
   const Pose& led = move.lead ? scene.thing[*move.lead].X_base_thing : X_base_tool;
-  double axes = 0.0, spin = 0.0;  // rad, of the offset's axes, and by which the tool turns
+  double axes = 0.0, spin = 0.0;  // rad, rotation of the offset's axes, and of the tool
   if (move.turn) {
     axes = heading(scene.thing[*move.turn].X_base_thing);
     spin = std::remainder(axes + move.by - heading(led), move.symmetry);
@@ -93,14 +93,14 @@ Pose ScriptedOperator::goal(const Move& move, const SceneState& scene, const Pos
   const Vector3 now_at = about_z(-axes) * (led.p - to.p);
   Vector3 at = move.offset;
   for (int i = 0; i < 2; ++i) at[i] = move.keep[i] ? now_at[i] : at[i];
-  // What the tool holds keeps its place in it.
+  // An object that the tool holds keeps its place in the tool.
   Pose tool;
   tool.q = about_z(spin) * from_.q;
   tool.p = to.p + about_z(axes) * at + about_z(spin) * (X_base_tool.p - led.p);
   return tool;
 }
 
-/// The tool, or the fingers, have come to rest.
+/// True once the tool is stationary at its goal, or the fingers are stationary, or after kPatience.
 bool ScriptedOperator::is_over(Time now, const Pose& X_base_tool, double gripper) {
   const Move& move = task_->moves[static_cast<std::size_t>(move_)];
   const bool moves = move.gripper ? std::abs(gripper - last_gripper_) > kStandsGripper
