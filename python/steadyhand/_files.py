@@ -22,7 +22,7 @@ def write_whole(path: Path, content: bytes) -> None:
         os.replace(beside, path)
     except OSError as error:
         beside.unlink(missing_ok=True)
-        raise OSError(error.errno, error.strerror, str(path)) from None  # what writes does not name it
+        raise OSError(error.errno, error.strerror, str(path)) from None  # the error of a write has no path
 
 
 def csv_of(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:

@@ -127,8 +127,8 @@ def _must_answer(address: str) -> None:
 
 
 def _on_cluster(job: Callable[[Path], Answer], files: Sequence[Path], address: str) -> dict[Path, Answer]:
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # tells nobody
-    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # else it warns of what a later version will do with GPUs
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # Ray sends no usage statistics
+    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # suppresses a warning of Ray about GPUs
     try:
         import ray
         import ray.exceptions
@@ -141,7 +141,7 @@ def _on_cluster(job: Callable[[Path], Answer], files: Sequence[Path], address: s
         raise ValueError(f"--ray is '{address}'; no Ray cluster answers there: {str(error).splitlines()[0]}") from None
     try:
         ray.cloudpickle.register_pickle_by_value(sys.modules[__name__])
-        # The worker's death is nobody's fault but its own: what the job raises is not tried again.
+        # Retries only a worker that died: an exception of the job itself is not retried.
         remote = ray.remote(num_cpus=1, max_retries=_RETRIES, retry_exceptions=False)(_run)
         places, pickled = [place for place in sys.path if place], ray.cloudpickle.dumps(job)
         waiting = {remote.remote(places, pickled, path.resolve()): path for path in files}

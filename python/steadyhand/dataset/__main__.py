@@ -132,7 +132,7 @@ def run(words: list[str]) -> int:
     if write and Path(arguments.out).exists():
         raise ValueError(f"{arguments.out} is there already; --format {arguments.format} makes a new one: name another")
     if not write:
-        _lerobot.is_there(Path(arguments.out))  # what is no data set is told before sessions are read
+        _lerobot.is_there(Path(arguments.out))  # reports an invalid data set before it reads sessions
     sessions = [word for word in arguments.sessions if word not in sets]
     options = {"fps": fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": no_video, "picture_pause": arguments.picture_pause}
     episodes, left_out = read_sessions(sessions_of(sessions), arguments.robot, options, workers) if sessions else ([], [])

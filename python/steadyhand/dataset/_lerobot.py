@@ -62,7 +62,7 @@ def being_written(folder: Path) -> Iterator[tuple[Path, dict[str, Any] | None]]:
     place of `folder` as a whole, at the end; where anything fails, that stays as it was. One at a time."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _alone(folder.parent):
-        for left in folder.parent.glob(f"{_beside(folder)}*"):  # by a run that was killed: who is at work has the lock
+        for left in folder.parent.glob(f"{_beside(folder)}*"):  # by a run that was killed: a running one has the lock
             shutil.rmtree(left, ignore_errors=True)
         before = read_info(folder) if is_there(folder) else None
         beside = Path(tempfile.mkdtemp(prefix=_beside(folder), dir=folder.parent))

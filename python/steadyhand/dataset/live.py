@@ -72,7 +72,7 @@ def _options(folder: Path, files: list[Path]) -> dict[str, Any]:
 def run(words: list[str]) -> int:
     """The command; its exit code. Raises ValueError for bad input."""
     folder, rest = _take_folder(words)
-    is_there(folder)  # what is no data set is told before anybody leads
+    is_there(folder)  # reports an invalid data set before the arm moves
     code, files = _lead(rest)
     if not files:
         return code

@@ -60,7 +60,7 @@ def main(words: list[str]) -> int:
     except (ValueError, OSError, SyntaxError, ImportError, TypeError) as error:
         sys.stderr.write(f"steadyhand: {printable(str(error))}\n")
         return 2
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # who starts it in the background may have it ignored
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may start background jobs with SIGINT ignored
     try:
         lead(policy, options.port, name=options.policy.rpartition(":")[2], turn=options.turn, seconds=options.seconds)
     except ConnectionError as error:

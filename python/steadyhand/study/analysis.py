@@ -195,7 +195,7 @@ def analyse(out: Path) -> Results:
                 analysed.append(analyse_table(task.name, measure, values, conditions, study.reference, periods))
                 by_measure.setdefault(measure, []).append(values)
     for measure, tables in by_measure.items():
-        values = np.mean(tables, axis=0)  # NaN where a participant lacks a task, or what differs between tasks would count
+        values = np.mean(tables, axis=0)  # NaN if a participant lacks a task: all must have the same tasks
         if len(tables) > 1 and np.isfinite(values).any():
             analysed.append(analyse_table(ALL_TASKS, measure, values, conditions, study.reference, periods))
     for measure, values in _questionnaires(study, folder, people, conditions):

@@ -25,7 +25,7 @@ from .study_file import Study, StudyError
 from .tasks import Course, Task
 from .trial import ONE_INSTANT_IK, Condition, Track, Trial, liquid_share
 
-START_RADIUS, START_HOLD = 0.03, 0.5  # m and s: where the glass is to be before a trial begins
+START_RADIUS, START_HOLD = 0.03, 0.5  # m and s: where the glass must be before a trial starts
 MOST_LATENCY = 1.0  # s, that the program adds on the command path
 SILENT = 1.0  # s without a state after which a trial is done again
 
@@ -132,7 +132,7 @@ class Leader:
                 content = reply["content"]
                 value = content.get("value")
                 if content.get("key") != item.key:
-                    continue  # of a question that was answered twice, or of another tab
+                    continue  # the second answer to a question, or an answer from another tab
                 if isinstance(value, int) and not isinstance(value, bool) and item.low <= value <= item.high:
                     return value
                 say(f"  client {reply['client']} answered {item.key} with {value!r}; it must be from {item.low} to {item.high}")
@@ -240,7 +240,7 @@ def _append(track: Track, t: float, state: dict[str, Any], course: Course) -> No
     track.goal.append(-1 if goal is None else goal.index)
     track.held_back.append(state["constraint"]["kind"])
     track.freeboard.append(float(state["liquid"]["freeboard"] or 0.0))
-    # A fresh grip takes a full glass; what was spilled stays spilled.
+    # A new engagement fills the glass, but the spill of the trial counts.
     before = track.spilled_share[-1] if track.spilled_share else 0.0
     track.spilled_share.append(max(before, float(state["liquid"]["spilled_share"])))
 

@@ -103,7 +103,7 @@ def expected_times(distance: float, width: float, noise: float, feedback: float,
     deviation = noise * distance / durations
     z = width / (2.0 * deviation)
     misses = 1.0 - erf(z / sqrt(2.0))
-    away = deviation * sqrt(2.0 / pi) * np.exp(-0.5 * z**2)  # mean distance of what misses, times how often it does
+    away = deviation * sqrt(2.0 / pi) * np.exp(-0.5 * z**2)  # mean distance of the misses, times their probability
     return durations + misses * feedback + 2.0 * MISS_Z * noise * away / width
 
 
@@ -112,7 +112,7 @@ def chosen_duration(distance: float, width: float, noise: float, feedback: float
     return max(shortest, float(DURATIONS[np.argmin(expected_times(distance, width, noise, feedback))]))
 
 
-PEAK_ACCELERATION = 10.0 / sqrt(3.0)  # of a minimum-jerk movement, times duration^2 / distance
+PEAK_ACCELERATION = 10.0 / sqrt(3.0)  # peak of a minimum-jerk movement, times duration^2 / distance
 
 
 def minimum_jerk(s: float) -> float:
@@ -137,7 +137,7 @@ class Operator:
     has learnt it in the training, to within Person.timing_error.
     """
 
-    STILL = 0.003  # m: moved by less than this while it was watched, the glass counts as at rest
+    STILL = 0.003  # m: a glass that moved less than this while it was watched counts as stationary
     OVERLAP = 0.7  # share of a submovement through a gate after which the next one begins
 
     def __init__(self, person: Person, scale: float, latency: float, rng: np.random.Generator) -> None:
@@ -187,7 +187,7 @@ class Operator:
                 self._move(t, seen.target, goal)
             return
         self._turn_at = None
-        # A correction: once what is seen shows what the last submovement came to.
+        # A correction starts once the display shows the end of the last submovement.
         shown = t - self.person.visual_delay - self._machine
         if shown < self._ended:
             return

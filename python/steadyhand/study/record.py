@@ -26,7 +26,7 @@ from .measures import UNDEFINED, Row
 from .study_file import Study, StudyError
 from .trial import Condition, Track
 
-KEEP_FREE = 100e6  # bytes of disk below which no trial is begun
+KEEP_FREE = 100e6  # bytes of free disk below which no trial starts
 
 
 class Planned(NamedTuple):

@@ -15,7 +15,7 @@ from .one_instant_ik import OneInstantIk
 from .operator import STEP, Operator, Person, View
 from .tasks import Course, Reached, Task
 
-CONTROL = 0.005  # s, between two looks at what was commanded; the liquid takes smaller steps itself
+CONTROL = 0.005  # s, between two samples of the command; the liquid takes smaller steps itself
 ONE_INSTANT_IK = "one-instant-ik"  # in the place of a profile's name
 PATHS = ("command", "display", "both")
 
@@ -82,7 +82,7 @@ class Assisted:
 
     def __init__(self, robot: Robot, condition: Condition, rate: float) -> None:
         self._pipeline = Pipeline(robot, condition.profile, rate=rate, scale=condition.scale, yaw=0.0)  # the hand moves in base axes
-        stages = self._pipeline._stages  # what they get here is good
+        stages = self._pipeline._stages  # skips the checks of input, which is valid here
         self.feed, self.update = stages.feed, stages.update
 
     @property
@@ -108,14 +108,14 @@ def run_trial(
     shown: deque[tuple[float, View]] = deque()
     glass = target = start[:3, 3].copy()
     view = View(glass, target, None)
-    step_liquid, native = liquid._native.update, robot._native  # what they get here is good
+    step_liquid, native = liquid._native.update, robot._native  # skips the checks of input, which is valid here
     T_hand = np.eye(4)
-    machine.feed(T_hand, 0.0, True)  # the grip, which no latency delays: where the ghost is shown from the begin on
+    machine.feed(T_hand, 0.0, True)  # no latency delays the engagement: the ghost is there from the start
     cycles = round(STEP / CONTROL)
     k = 0
     while not course.over:
         t = k * STEP
-        # The display: what is shown now is display_latency old.
+        # The display shows a state that is display_latency old.
         course.take(t, glass)
         shown.append((t + condition.display_latency, View(glass, target, course.goal, course.following)))
         while shown and shown[0][0] <= t + 1e-9:
