@@ -1,7 +1,7 @@
-/** s from which on whoever waits is told for how long by now. */
+/** s after which a button shows for how long its action has run. */
 const LONG = 2;
 
-/** What stands on a button, so many whole s after it was pressed. */
+/** Text of a button, so many whole s after it was pressed. */
 export const busyWords = (words: string, seconds: number): string => (seconds < LONG ? words : `${words} ${seconds} s`);
 
 /** @param seconds for which it has been busy; null: it is not */
@@ -12,7 +12,10 @@ const show = (made: HTMLElement, seconds: number | null): void => {
   if (label) made.setAttribute('aria-label', busy ? `${words} ${label}` : label);
 };
 
-/** Actions that take a while, each once at a time; what was pressed says so until they are done, also where it is made anew meanwhile. */
+/**
+ * Actions that take a while, each once at a time. The pressed button shows it until they are done, even if it is made
+ * again.
+ */
 export class Busy {
   /** Whole s for which each has run. */
   readonly #running = new Map<string, number>();
@@ -22,14 +25,14 @@ export class Busy {
 
   isRunning(key: string): boolean { return this.#running.has(key); }
 
-  /** The button, or link, of this action. @param words that stand on it meanwhile */
+  /** The button, or link, of this action. @param words its text meanwhile */
   sign<T extends HTMLElement>(made: T, key: string, words: string): T {
     Object.assign(made.dataset, { act: key, words, idle: made.textContent ?? '', label: made.getAttribute('aria-label') ?? '' });
     if (this.#running.has(key)) show(made, this.#running.get(key)!);
     return made;
   }
 
-  /** Nothing comes of a second call before the first is done. */
+  /** A second call before the first is done has no effect. */
   async run(key: string, act: () => Promise<unknown>): Promise<void> {
     if (this.#running.has(key)) return;
     const begin = performance.now(), mark = (): void => {
@@ -52,7 +55,7 @@ export class Busy {
   }
 }
 
-/** s, after which nobody waits for a page any more. */
+/** s after which a page counts as open, whether it has loaded or not. */
 const PATIENCE = 120;
 
 /** Opens an address of this server in a new tab. @return done when it is there, or gone; null: the browser opens none for a script */
@@ -63,7 +66,7 @@ export function openTab(href: string): Promise<void> | null {
     try {
       return tab.closed || performance.now() > until || (tab.location.href !== 'about:blank' && tab.document.readyState !== 'loading');
     } catch {
-      return true; // it shows what is of another origin
+      return true; // it shows a page of another origin
     }
   };
   return new Promise((done) => {

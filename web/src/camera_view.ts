@@ -1,11 +1,11 @@
 import { PICTURE_HEAD, type CameraFacts, type PictureHead } from './protocol';
 
-/** Pictures that a decoder may have before it; a page that is behind goes on at the next key picture. */
+/** Most frames in the queue of a decoder; a page that is behind continues at the next key frame. */
 const MOST_QUEUED = 8;
-/** Times in a row that a decoder gives up before nobody tries again. */
+/** Failures of a decoder in a row after which the page does not try again. */
 const MOST_FAILURES = 3;
 
-/** What a decoder of WebCodecs is asked for, by the parameter set of a key picture (Annex B); null: there is none. */
+/** The codec string of WebCodecs, from the parameter set of a key frame (Annex B); null: there is none. */
 export function codecOf(data: Uint8Array): string | null {
   for (let i = 0; i + 6 < data.length; ++i) {
     if (data[i] !== 0 || data[i + 1] !== 0 || data[i + 2] !== 1 || (data[i + 3]! & 0x1f) !== 7) continue;
@@ -16,12 +16,12 @@ export function codecOf(data: Uint8Array): string | null {
 
 export const canDecode = (): boolean => typeof VideoDecoder !== 'undefined';
 
-/** One camera: its pictures are decoded as they come, and the newest is drawn with the page's next one. */
+/** One camera: its frames are decoded as they arrive, and the newest is drawn with the page's next frame. */
 export class CameraView {
   readonly canvas = document.createElement('canvas');
-  /** Pictures that were drawn. */
+  /** Number of frames drawn. */
   drawn = 0;
-  /** Why no more pictures come; empty: they do. */
+  /** Why no more frames arrive; empty: they do. */
   ended = '';
   /** The browser cannot decode them. */
   failed = false;
@@ -41,7 +41,7 @@ export class CameraView {
     this.#context = this.canvas.getContext('2d', { alpha: false })!;
   }
 
-  /** A picture as it came. */
+  /** Takes a frame as it arrived. */
   take(head: PictureHead, message: ArrayBuffer): void {
     if (this.failed || !canDecode() || (this.#needsKey && !head.isKey)) return;
     const data = new Uint8Array(message, PICTURE_HEAD);
@@ -57,7 +57,10 @@ export class CameraView {
     }
   }
 
-  /** Draws the newest picture, if it has not been drawn. Returns when it was exposed, s of the session's clock; NaN: there is none. */
+  /**
+   * Draws the newest frame, if it has not been drawn. Returns when it was exposed, s of the session's clock; NaN: there
+   * is none.
+   */
   draw(): number {
     const frame = this.#frame;
     if (!frame) return NaN;
@@ -69,7 +72,7 @@ export class CameraView {
     return exposed;
   }
 
-  /** What comes next begins with a key picture. */
+  /** The next frame must be a key frame. */
   forget(): void { this.#needsKey = true; }
 
   close(): void {
@@ -102,7 +105,7 @@ export class CameraView {
     return this.#decoder !== null;
   }
 
-  /** A broken picture, or a browser that knows no H.264. */
+  /** A broken frame, or a browser without H.264. */
   #gaveUp(): void {
     this.#needsKey = true;
     this.failed = ++this.#failures >= MOST_FAILURES;

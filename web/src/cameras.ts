@@ -5,14 +5,14 @@ import { Median } from './median';
 import { pictureHead, type CameraFacts } from './protocol';
 import type { ServerClock } from './server_clock';
 
-/** Pictures of which the latency is the median. */
+/** Number of frames whose median latency is shown. */
 const MEASURED = 120;
-/** s without a picture from which on that is said. */
+/** s without a frame after which the page reports that. */
 const QUIET_AFTER = 2;
 
 const CANNOT = 'This browser cannot decode camera video: it has no WebCodecs with H.264, or the page was loaded over plain HTTP from another machine.';
 
-/** The cameras of the session, as a panel of the page. Their pictures come only while somebody may see them. */
+/** The cameras of the session, as a panel of the page. Their images come only while they may be visible. */
 export class Cameras {
   views: CameraView[] = [];
   /** s, from exposure to drawn on this page. */
@@ -23,15 +23,15 @@ export class Cameras {
   #drawnAt: number[] = [];
   #told = '';
   #asked = false;
-  /** Pictures that a study shows late on purpose. */
+  /** Frames that a study shows late on purpose. */
   readonly #late: { due: number; message: ArrayBuffer }[] = [];
 
-  /** @param watch asks for the pictures of these */
+  /** @param watch requests the frames of these cameras */
   constructor(private readonly clock: ServerClock, private readonly watch: (names: string[]) => void) {
     if (matchMedia('(max-width: 60rem)').matches) this.#panel.open = false; // it would lie over the arm
   }
 
-  /** What the session has; of a connection that is new. */
+  /** The cameras of the session, for a new connection. */
   offer(cameras: CameraFacts[]): void {
     this.#asked = false;
     this.#late.length = 0;
@@ -52,7 +52,7 @@ export class Cameras {
     put(this.#panel, 'hidden', cameras.length === 0);
   }
 
-  /** @param why of each camera why no more pictures come; empty: they do */
+  /** @param why for each camera, why no more frames arrive; empty: they do */
   end(why: readonly string[]): void {
     for (let i = 0; i < this.views.length; ++i) this.views[i]!.ended = why[i] ?? '';
   }
@@ -68,7 +68,7 @@ export class Cameras {
     if (head) this.views[head.camera]?.take(head, message);
   }
 
-  /** With each of the page's pictures. */
+  /** Call it with each frame of the page. */
   draw(now: number): void {
     while (this.#late.length > 0 && this.#late[0]!.due <= now) this.#decode(this.#late.shift()!.message);
     for (let i = 0; i < this.views.length; ++i) {
@@ -79,7 +79,10 @@ export class Cameras {
     }
   }
 
-  /** Asks for pictures, or for no more, and writes the words. @param allowed the server would send them @param shown somebody may see them */
+  /**
+   * Requests images, or stops them, and writes the texts.
+   * @param allowed the server would send them @param shown they are visible
+   */
   tell(now: number, allowed: boolean, shown: boolean, inHeadset: boolean): void {
     if (this.views.length === 0) return;
     const wanted = allowed && shown && canDecode() && (inHeadset || (this.#panel.open && !document.hidden));

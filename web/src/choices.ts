@@ -1,4 +1,4 @@
-/** s for which a control shows what was chosen; then, what the server says. */
+/** s for which a control shows the operator's choice; after that, the server's state. */
 const ANSWER_WITHIN = 1;
 
 /** When each control of the page was used last. */
@@ -11,6 +11,6 @@ export class Choices {
     }
   }
 
-  /** Whether the server's word may replace what this control shows. */
+  /** Whether the server's state may replace the value that this control shows. */
   isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
 }

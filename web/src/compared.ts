@@ -2,7 +2,10 @@ import { element, made } from './element';
 import type { Player } from './replay/player';
 import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
 
-/** The figures of the recording that plays and of the other beside it, a column each. @param names as in the list @param titles with the profiles that led */
+/**
+ * The figures of the recording that plays and of the one compared with it, a column each.
+ * @param names as in the list @param titles with the profiles that controlled the arm
+ */
 export function compare(both: readonly [Player, Player], names: readonly string[], titles: readonly string[]): void {
   const cell = (tag: 'th' | 'td', textContent: string, more: Partial<HTMLTableCellElement> = {}): HTMLTableCellElement => made(tag, { textContent, ...more });
   const figures = [summaryOf(both[0]), summaryOf(both[1])] as const, better = figures[0]!.map((figure, i) => betterOf(figure, figures[1]![i]!));

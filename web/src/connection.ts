@@ -6,7 +6,7 @@ import type { Kept } from './worker/worker';
 
 export type ConnectionStatus = 'connecting' | 'open' | 'lost' | 'refused';
 
-/** What a connection needs of the browser; tests bring their own. */
+/** The functions of the browser that a connection needs; tests have their own. */
 export interface Surroundings {
   open(): Socket;
   /** s, monotonic. */
@@ -15,14 +15,17 @@ export interface Surroundings {
   cancel(timer: number): void;
   readToken(): string;
   keepToken(token: string): void;
-  /** s without a word after which a connection is given up: one whose far end is gone would wait for TCP, minutes perhaps. */
+  /**
+   * s without a message after which a connection is given up: without its far end it would wait for TCP, perhaps for
+   * minutes.
+   */
   patience: number;
 }
 
 export function browserSurroundings(): Surroundings {
   const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
   const key = 'steadyhand-token';
-  let given = ''; // by this program; where the browser keeps nothing, as in private windows, until the page goes
+  let given = ''; // by this program; without storage, as in private windows, it lasts as long as the page
   return {
     open: () => {
       const socket = new WebSocket(`${scheme}://${location.host}/live`);
@@ -46,8 +49,9 @@ export function browserSurroundings(): Surroundings {
 export function workerSurroundings(onFailure: (why: string) => void, onKept: (kept: Kept) => void): Surroundings {
   const begin = { site: new URL('.', location.href).href, robot: new URLSearchParams(location.search).get('robot') ?? '', simd: hasSimd() };
   const open = () => new PortSocket(begin, onFailure, onKept);
-  let first: PortSocket | null = open(); // what it says comes once this script has ended, and whoever wants it listens by then
-  // Nobody else is there: no token of an earlier session counts. Between page and Worker nothing is lost; a silent one has no processor.
+  let first: PortSocket | null = open(); // its messages come after this script, when the listeners are set
+  // No other client exists: no token of an earlier session counts. Between page and Worker nothing is lost; a Worker
+  // that stops sending has no processor.
   return { ...browserSurroundings(), open: () => {
     const socket = first ?? open();
     first = null;
@@ -56,7 +60,7 @@ export function workerSurroundings(onFailure: (why: string) => void, onKept: (ke
 }
 
 const PING_EVERY = 0.5; // s
-/** Of a WebSocket whose far end shuts down in order (RFC 6455). */
+/** Close code of a WebSocket whose far end shuts down normally (RFC 6455). */
 const GOING_AWAY = 1001;
 const RETRY = [0.25, 0.5, 1, 2]; // s
 
@@ -68,9 +72,9 @@ export class Connection {
   bytesReceived = 0;
   /** The session's. */
   readonly clock = new ServerClock();
-  /** Takes pictures of cameras that were asked for. */
+  /** Takes the camera frames that were requested. */
   onPicture: ((message: ArrayBuffer) => void) | null = null;
-  /** The program said that it ends. */
+  /** The program reported its end. */
   ended = false;
   #socket: Socket | null = null;
   #attempts = 0;
@@ -105,7 +109,7 @@ export class Connection {
     };
   }
 
-  /** False if there is nobody to take it, or so much is waiting that it would arrive late: then it is dropped. */
+  /** False: the message is dropped, because no connection is open or so much is waiting that it would arrive late. */
   send(message: ClientMessage): boolean {
     const socket = this.#socket;
     if (!socket || socket.readyState !== 1) return false;

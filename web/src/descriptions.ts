@@ -1,4 +1,4 @@
-/** What messages of docs/reference/protocol.md hand on, and their small parts. Units: SI, radians; quaternions x, y, z, w. */
+/** Parts of the messages of docs/reference/protocol.md. Units: SI, radians; quaternions x, y, z, w. */
 
 export type Vec3 = readonly [number, number, number];
 export type Quat = readonly [number, number, number, number];
@@ -10,7 +10,7 @@ export type Body = { name: string; link: number; origin: number[][] } & (
   { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
   { shape: 'box'; size: Vec3; rounding: number });
 
-/** What `steadyhand describe` prints. */
+/** The output of `steadyhand describe`. */
 /** @property meshes whose are drawn, if not its own @property mount of the URDF's root in the base, if it is not there */
 export interface Robot {
   name: string;
@@ -29,18 +29,21 @@ export interface Robot {
   pairs: [number, number][];
 }
 
-/** As of Body; a half-space is all with z <= 0. */
+/** As in Body; a half-space is all with z <= 0. */
 type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
   { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' };
 /** Something solid around the arm; `origin` is in the base's frame, or in the tool's if `attached`, `velocity` m/s. `color`: "#rrggbb", "" or "none". */
 export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean; attached: boolean } & Shape;
-/** @property at_s when, on the session's clock, what moves is where it says; nothing moves in a cell without it. */
+/** @property at_s time on the session's clock of the poses of moving parts; nothing moves in a cell without it. */
 export interface Cell { name: string; at_s?: number; objects: CellObject[] }
 
 /** Where the glass is to go, m, in the base; a gate is passed, elsewhere the glass stays. */
 export interface StudyGoal { p: Vec3; radius: number; gate: boolean }
 
-/** What the program that leads a study has the pages show. `display_latency`: s, by which states are drawn late on purpose. */
+/**
+ * Content that the program of a study shows on the pages. `display_latency`: s by which states are drawn late on
+ * purpose.
+ */
 export type StudyContent = { title: string; participant: string; text: string } & (
   | { kind: 'text' }
   | { kind: 'question'; key: string; low: number; high: number; low_text: string; high_text: string; place: string }
@@ -48,12 +51,12 @@ export type StudyContent = { title: string; participant: string; text: string } 
 /** A participant's answer. */
 export interface StudyReply { key: string; value: number }
 
-/** Bytes before a picture's H.264. */
+/** Bytes before the H.264 data of a frame. */
 export const PICTURE_HEAD = 16;
 /** `exposed`: s, of the session's clock. */
 export interface PictureHead { camera: number; isKey: boolean; exposed: number }
 
-/** null: nothing that a server of this version says. */
+/** null: not a message of a server of this version. */
 export function pictureHead(message: ArrayBuffer): PictureHead | null {
   if (message.byteLength <= PICTURE_HEAD) return null;
   const head = new DataView(message, 0, PICTURE_HEAD);

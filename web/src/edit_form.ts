@@ -1,7 +1,7 @@
 import type { Busy } from './busy';
 import { made, press } from './element';
 
-/** What people may do with a recording. */
+/** The actions on a recording. */
 export type Change = 'label' | 'rename' | 'delete';
 
 /** As session_edits.cpp takes it. */
@@ -11,12 +11,12 @@ const NAME_RULE = 'Letters, digits, “-”, “_” and “.”, which is not f
 /** Why a recording cannot be called so; empty: it can. */
 export const whyNoName = (name: string): string => (NAME.test(name) ? '' : `“${name}” is no name for a file.`);
 
-/** What is being typed: it outlives a list that is made anew. */
+/** The text being typed: it is kept when the list is made again. */
 export interface Edit { name: string; label: string; to: string; refusal: string; sure: boolean }
 
 export const editOf = (name: string, label = ''): Edit => ({ name, label, to: name, refusal: '', sure: false });
 
-/** What was changed, of what was typed. */
+/** The changed fields of the form. */
 export function changesOf({ name, label, to }: Edit, before: string): [Change, string][] {
   const changes: [Change, string][] = [];
   if (label.trim() !== before) changes.push(['label', label.trim()]);
@@ -26,7 +26,10 @@ export function changesOf({ name, label, to }: Edit, before: string): [Change, s
 
 export interface Acts { save(changes: [Change, string][]): void; cancel(): void; remove(): void }
 
-/** A recording's label and name, to be typed; what cannot be is said beside it. @param before its label @param called how people know it */
+/**
+ * A form for a recording's label and name; shows invalid input next to it.
+ * @param before its label @param called its name for people
+ */
 export function editForm(edit: Edit, before: string, called: string, busy: Busy, acts: Acts): HTMLFormElement {
   const form = made('form', { className: 'edit' });
   const key = `change ${edit.name}`;
@@ -61,7 +64,7 @@ export function editForm(edit: Edit, before: string, called: string, busy: Busy,
 /** ms for which a second press deletes. */
 const SURE_FOR = 15_000;
 
-/** A button that asks once more. @param called what is deleted */
+/** A button that asks for confirmation. @param called the name of the recording to delete */
 export function surely(called: string, asked: { sure: boolean }, act: () => void): HTMLButtonElement {
   const gone = made('button', { type: 'button' });
   const show = (): void => {
@@ -73,7 +76,7 @@ export function surely(called: string, asked: { sure: boolean }, act: () => void
     if (asked.sure) return act();
     asked.sure = true;
     show();
-    gone.scrollIntoView({ block: 'nearest' }); // it has a line of its own now
+    gone.scrollIntoView({ block: 'nearest' }); // it has its own line now
     setTimeout(() => {
       asked.sure = false;
       show();

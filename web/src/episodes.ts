@@ -9,7 +9,7 @@ const button = (id: string): HTMLButtonElement => element(id, HTMLButtonElement)
 
 const decided = (success: boolean | null): string => (success === null ? '' : success ? ', a success' : ', a failure');
 
-/** How the task of a simulated scene goes, for people. */
+/** Text of the progress of a simulated task. */
 /** @param glass the tool holds one, so that there is something to spill */
 export function taskText(task: Omit<NonNullable<WelcomeMessage['task']>, 'things'>, now: Omit<NonNullable<StateMessage['task']>, 'things'>, glass = true): string {
   const holds = task.conditions.filter((_, i) => (now.held >> i) & 1).length;
@@ -20,14 +20,14 @@ export function taskText(task: Omit<NonNullable<WelcomeMessage['task']>, 'things
   return `${end}. ${holds} of ${task.conditions.length} hold${open}.${glass ? ` Spilled ${percentText(now.spilled)} %.` : ''}`;
 }
 
-/** How the episodes stand, for people. */
+/** Text of the number and state of episodes. */
 export function episodeText(episode: StateMessage['episode']): string {
   const counts = `${episode.kept} kept, ${episode.discarded} discarded${episode.lost ? `, ${episode.lost} lost: not recorded to the end` : ''}.`;
   if (episode.running) return `Episode ${episode.number} runs: ${episode.time.toFixed(1)} s${decided(episode.success)}. ${counts}`;
   return episode.number ? `Episode ${episode.number} ended after ${episode.time.toFixed(1)} s${decided(episode.success)}. ${counts}` : 'None yet.';
 }
 
-/** Begins, keeps and discards episodes, and sets a simulated scene up. */
+/** Starts, keeps and discards episodes, and sets up a simulated scene. */
 export class EpisodePanel {
   #session: Session;
   /** It unfolds by itself where there is a task, once. */

@@ -1,7 +1,7 @@
 import { element, put } from './element';
 import { isTyped } from './input/shortcuts';
 
-/** Where the browser keeps that the first steps were seen. */
+/** Key of the storage for "the first steps were seen". */
 const SEEN = 'steadyhand.first-steps-seen';
 /** Keys that move the arm or its gripper, or act on an episode: they act only where the scene is seen. */
 const ACTS_ON_THE_ARM = /^Key[WASDQEIJKLUOGBNXR]$/;
@@ -12,14 +12,15 @@ function seen(): boolean {
 }
 
 /**
- * What this is, and what to do first: on the first opening, until it is dismissed. And the keys, whenever they are asked for: the card
- * lies over the scene, so nothing leads the arm while it is open. Comes before what listens to keys that lead.
- * @param show a recorded hand leads the arm @param letGo whatever leads it from here lets go
+ * A card with the first steps, on the first opening until it is dismissed; and a card of the keys, on request. The
+ * second covers the scene, so nothing controls the arm while it is open. Create it before the listeners of keys that
+ * move the arm.
+ * @param show starts a recorded hand @param letGo releases the hand of this page
  */
 export class FirstSteps {
   readonly #first = element('first-steps', HTMLElement);
   readonly #help = element('help', HTMLElement);
-  /** Had the focus when the keys were asked for. */
+  /** Had the focus when the card of the keys was opened. */
   #before: Element | null = null;
 
   /** @param onGone the card of the first steps leaves the scene free */
@@ -37,14 +38,17 @@ export class FirstSteps {
       if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey) return;
       if (event.key === '?' && !event.repeat) return toggle();
       if (this.#help.hidden || !ACTS_ON_THE_ARM.test(event.code)) return;
-      // Closed by the key, which does no more: a grip begins with the next press.
+      // The key only closes the card: the next press starts a grip.
       this.closeHelp();
       event.preventDefault();
       event.stopImmediatePropagation();
     }, { capture: true });
   }
 
-  /** @param watches whoever is here may only watch @param why no motion can be asked for; empty: one can @param plays a recorded hand leads already @param past a recording is shown */
+  /**
+   * @param watches this page may only watch @param why no motion can be requested; empty: one can
+   * @param plays a recorded hand controls the arm already @param past a recording is shown
+   */
   draw(watches: boolean, why: string, plays: boolean, past: boolean): void {
     if (this.#first.hidden) return;
     if (past) return this.dismiss();
@@ -59,7 +63,7 @@ export class FirstSteps {
     put(words, 'hidden', why === '');
   }
 
-  /** What the card of the first steps covers of the scene, at its right or at its top, as shares of it. */
+  /** Shares of the scene that the card of the first steps covers, at the right or at the top. */
   room(scene: HTMLElement): [number, number] {
     if (this.#first.hidden) return [0, 0];
     const card = this.#first.getBoundingClientRect();
@@ -69,7 +73,7 @@ export class FirstSteps {
     return card.width > 0.6 * width ? [0, Math.max(0, card.bottom - top) / height] : [Math.max(0, left + width - card.left) / width, 0];
   }
 
-  /** It is gone for good. */
+  /** It does not open again. */
   dismiss(): void {
     if (this.#first.hidden) return;
     this.#first.hidden = true;
@@ -85,12 +89,12 @@ export class FirstSteps {
     element('help-close', HTMLButtonElement).focus({ preventScroll: true });
   }
 
-  /** Who opened it has the focus again. @param stopped the arm was, too */
+  /** Returns the focus to the element that opened it. @param stopped the arm was stopped, too */
   closeHelp(stopped = false): void {
     if (this.#help.hidden) return;
     const inside = this.#help.contains(document.activeElement);
     this.#help.hidden = true;
-    // Enter is to reset the arm then, not to open this anew.
+    // Enter must reset the arm then, not open this again.
     if (stopped && inside) (document.activeElement as HTMLElement).blur();
     else if (inside && this.#before instanceof HTMLElement) this.#before.focus({ preventScroll: true });
     this.#before = null;

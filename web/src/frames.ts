@@ -1,7 +1,7 @@
 /**
  * WebXR and three.js count x right, y up, z back; robots x forward, y left, z up (CONVENTIONS.md). With C the rotation of
  * that table, p = C p_xr and q = c q_xr c*, which only moves and turns the sign of the quaternion's imaginary part.
- * Results go into `out`, which may be one of the arguments; without it they are made anew.
+ * Results go into `out`, which may be one of the arguments; without it they are new objects.
  */
 import type { Pose, Quat, Vec3 } from './protocol';
 
@@ -30,7 +30,7 @@ function set4(out: MutableQuat, x: number, y: number, z: number, w: number): Mut
 export const toRobot = (v: Xyz, out: MutableVec3 = [0, 0, 0]): MutableVec3 => set3(out, -v.z, -v.x, v.y);
 export const toRobotRotation = (q: Xyzw, out: MutableQuat = [0, 0, 0, 1]): MutableQuat => set4(out, -q.z, -q.x, q.y, q.w);
 
-/** c as a quaternion of three.js: what turns a group of robot axes into the scene's. */
+/** c as a quaternion of three.js: rotates a group with robot axes into the scene's axes. */
 export const SCENE_FROM_ROBOT: Quat = [-0.5, 0.5, 0.5, 0.5];
 
 export function multiply(a: Quat, b: Quat, out: MutableQuat = [0, 0, 0, 1]): MutableQuat {

@@ -2,9 +2,9 @@ import type { Connection } from './connection';
 import { handFor, normalize, type MutablePose } from './frames';
 import type { ClientMessage, Pose, Quat, Vec3 } from './protocol';
 
-/** s for which letting go is said again and again: one that is lost or late must not leave the arm following. */
+/** s for which a release is sent again and again: a lost or late one must not leave the arm following. */
 const REPEATED = 0.3;
-/** s within which the lease comes that a grip took: it counts from then on. */
+/** s within which control must come after a grip requested it: the grip counts from then on. */
 const TAKEN_WITHIN = 1;
 
 type Sample = Extract<ClientMessage, { type: 'sample' }>;
@@ -16,7 +16,7 @@ function copy(from: Pose, to: MutablePose): void {
   for (let i = 0; i < 4; ++i) to.q[i] = from.q[i]!;
 }
 
-/** The operator's hand as the server hears of it, whichever way in leads it. One at a time. */
+/** The operator's hand as it is sent to the server. One source controls it at a time. */
 export class Hand {
   /** s, from the newest input event to its sample's way out; for the budget in docs/explanation/results.md. */
   readonly delays: number[] = [];
@@ -24,7 +24,7 @@ export class Hand {
   #clutch = false;
   #gripped = -Infinity;
   #released = -Infinity;
-  /** s, when the grip took the lease, which has not come yet. */
+  /** s, when the grip requested control, which has not come yet. */
   #tookAt = -Infinity;
   #sequence = 0;
   #gripper: number | null = null;
@@ -32,19 +32,19 @@ export class Hand {
   readonly #origin = rest();
 
   /**
-   * @param allowed whether this hand may lead the arm now. A grip counts only if it was so from the grip's begin on, or
-   * if it took the lease itself, and that came at once
+   * @param allowed whether this hand may control the arm now. A grip counts only if that was so when it started, or
+   * if the grip itself requested control, and that came within TAKEN_WITHIN
    */
   constructor(private readonly connection: Pick<Connection, 'send'>, private readonly now: () => number,
               private readonly allowed: () => boolean) {}
 
   get source(): string | null { return this.#source; }
-  /** Closed, as the server hears of it. */
+  /** Closed, as it is sent to the server. */
   get clutch(): boolean { return this.#clutch; }
-  /** s for which a way in has had it; 0: none has. */
+  /** s for which a source has had it; 0: none has. */
   get heldFor(): number { return this.#source === null ? 0 : this.now() - this.#gripped; }
 
-  /** A way in takes the hand, which was open until now; false while another one has it. @param takes it took the lease, which nobody had */
+  /** A source takes the hand; false while another one has it. @param takes it requested control, which was free */
   grab(source: string, takes = false): boolean {
     if (this.#source !== null) return this.#source === source;
     this.#source = source;
@@ -56,7 +56,7 @@ export class Hand {
     return true;
   }
 
-  /** Lets go; the server hears of it at once. */
+  /** Releases; the server gets it at once. */
   release(source: string): void {
     if (this.#source !== source) return;
     this.#source = null;
@@ -67,10 +67,10 @@ export class Hand {
     this.#sample(false, true, false);
   }
 
-  /** Whoever has it. */
+  /** Releases, from any source. */
   letGo(): void { if (this.#source !== null) this.release(this.#source); }
 
-  /** The grip that is still held begins anew: for one that was lost as the browser could not tell of it. */
+  /** Starts a held grip again: one that timed out while the browser could not send it. */
   resume(): void {
     if (this.#source !== null && this.#clutch && this.allowed()) this.#sample(false, true, false);
   }
@@ -78,14 +78,14 @@ export class Hand {
   /** Opens (0) or closes (1) the gripper, in a grip of the hand or without one. */
   set gripper(value: number) {
     this.#gripper = Math.min(Math.max(value, 0), 1);
-    if (this.#clutch) return; // the next pose says it
+    if (this.#clutch) return; // the next pose sends it
     this.#released = this.now();
     if (this.allowed()) this.#sample(false, true, false);
   }
-  /** As it was wanted last; null: nothing was said. */
+  /** The last command; null: none. */
   get gripper(): number | null { return this.#gripper; }
 
-  /** Somebody else says how the gripper is to be: it stays so until this hand says it anew. */
+  /** Another source commands the gripper: it stays so until this hand commands it again. */
   leaveGripper(): void { this.#gripper = null; }
 
   /** 90 times a second. */
@@ -119,7 +119,7 @@ export class Hand {
     if (this.delays.length > 600) this.delays.shift();
   }
 
-  /** A grip that waits for the lease it took is open until that has come; the next pose is closed. */
+  /** A grip that waits for control is open until control has come; the next pose is closed. */
   #begin(): void {
     if (this.now() - this.#tookAt > TAKEN_WITHIN || !this.allowed()) return;
     this.#tookAt = -Infinity;

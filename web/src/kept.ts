@@ -5,17 +5,17 @@ export interface KeptRecording {
   name: string;
   /** Bytes so far. */
   size: number;
-  /** Being written; whole; or its session ended before it did, and it can be read up to there. */
+  /** Being written; complete; or cut short by the end of its session, and readable up to there. */
   state: 'open' | 'complete' | 'cut short';
   downloaded: boolean;
 }
 
-/** What a page without a program behind it has recorded: with the browser, which may put it on disk, until the page goes. */
+/** Recordings of a page without a program: the browser keeps them, perhaps on disk, until the page is closed. */
 export class KeptRecordings {
   readonly list: KeptRecording[] = [];
   readonly #parts = new Map<KeptRecording, Blob[]>();
 
-  /** @param onChange the list, or what it says, is another */
+  /** @param onChange the list, or a text of it, has changed */
   constructor(private readonly onChange: () => void) {
     addEventListener('beforeunload', (event) => { if (this.list.some(({ downloaded }) => !downloaded)) event.preventDefault(); });
   }
@@ -33,7 +33,7 @@ export class KeptRecordings {
     this.onChange();
   }
 
-  /** The session is gone. */
+  /** The session has ended. */
   cut(): void {
     const open = this.list.filter(({ state }) => state === 'open');
     for (const kept of open) kept.state = 'cut short';

@@ -1,8 +1,8 @@
 import type { StateMessage } from './protocol';
 
-/** s over which late commands are counted, and the share of them from which on the computer is too slow. */
+/** s over which late commands are counted, and their share above which the computer is too slow. */
 const COUNTED_OVER = 5, TOO_MANY_LATE = 0.01;
-/** Share of plans that come too late, from which on the page leaves the processor to them. */
+/** Share of late plans above which the page leaves them the processor. */
 const TOO_MANY_LATE_PLANS = 0.02;
 
 /** How many commands and plans come late, a few seconds at a time. */
@@ -20,7 +20,7 @@ export class LateCount {
     const since = message.now_s - (this.#counted?.now_s ?? NaN);
     if (since >= 0 && since < COUNTED_OVER) return;
     const cycles = message.cycles - (this.#counted?.cycles ?? NaN);
-    // A program that began anew, or a gap in the news, tells nothing.
+    // After a restart of the program, or a gap between states, nothing is known.
     this.commands = since < 2 * COUNTED_OVER && cycles > 0 ? (message.missed_deadlines - this.#counted!.missed_deadlines) / cycles : 0;
     const plans = message.plans - (this.#counted?.plans ?? NaN);
     this.#plans = since < 2 * COUNTED_OVER && plans > 0 ? (message.rejected_plans - this.#counted!.rejected_plans) / plans : 0;

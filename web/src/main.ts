@@ -27,18 +27,18 @@ const canvas = element('scene', HTMLCanvasElement);
 const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)').matches;
 const session = new Session();
 if (matchMedia('(pointer: coarse)').matches) session.means = ON_TOUCH;
-/** A page of `./steadyhand site` says so: there is no program behind it. */
+/** True on a page of `./steadyhand site`: it has no program. */
 const alone = document.querySelector('meta[name="steadyhand-session"][content="worker"]') !== null;
 if (alone) document.body.dataset.alone = 'true';
 /** Offline after the first visit; where browsers allow none (plain HTTP of another machine) the page works as it is. */
 let toBeKept = alone && 'serviceWorker' in navigator;
-/** A session in a Worker begins to load at once: the stage below takes a while. */
+/** A session in a Worker starts to load at once: the stage below takes a while. */
 const surroundings = alone ? workerSurroundings((why) => { session.failure = why; }, (kept) => recordings.kept.take(kept)) : browserSurroundings();
 const stage = new Stage(canvas, reducedMotion);
 const now = () => performance.now() / 1000;
 
 const code = new URLSearchParams(location.hash.slice(1)).get('code') ?? '';
-// Nobody should copy it from the address bar.
+// Keeps the code out of the address bar, so that it is not copied with the address.
 if (code) history.replaceState(null, '', location.pathname + location.search);
 
 element('unstarted', HTMLElement).remove();
@@ -53,7 +53,7 @@ const connection = new Connection(surroundings, code, (message) => delay.take(me
   session.connectionBecame(status, connection.ended);
   if (status === 'open') return;
   hand.letGo();
-  recordings.kept.cut(); // the Worker goes with its connection
+  recordings.kept.cut(); // the Worker ends with its connection
 });
 
 const cameras = new Cameras(connection.clock, (names) => connection.send({ type: 'watch', cameras: names }));
@@ -85,7 +85,7 @@ function take(message: ServerMessage): void {
   cameras.offer(message.cameras);
   const { robot, cell, glass, profiles } = message, told = JSON.stringify([robot?.name, glass, profiles]);
   stage.setCell(cell);
-  // The same server after a lost connection: what is drawn goes on.
+  // The same server after a lost connection: the drawing continues.
   if (told === shown) return;
   shown = told;
   recordings.replay.profiles = profiles;
@@ -98,7 +98,7 @@ function take(message: ServerMessage): void {
 }
 
 const tabs = new Tabs();
-/** A report leads back to the list so. */
+/** A report links back to the list by this. */
 const toList = (): void => { if (location.hash === '#recordings') tabs.show('recordings'); };
 toList();
 addEventListener('hashchange', toList);
@@ -125,12 +125,12 @@ const fit = () => {
   stage.resize(canvas.clientWidth, canvas.clientHeight, firstSteps.room(canvas));
   keepClear();
 };
-/** Whoever takes hold sees the scene. True: that took the lease. */
+/** Shows the scene to an operator who engages. True: that requested control. */
 const wantLease = () => {
   firstSteps.closeHelp();
   return panel.takeOver();
 };
-/** Whatever is open: the arm first, then what might lie over Reset. */
+/** Stops the arm first, then closes what might cover Reset. */
 const stop = () => {
   panel.stop();
   firstSteps.closeHelp(true);
@@ -143,7 +143,7 @@ element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
 element('carry-object', HTMLButtonElement).onclick = () => objects.carry();
 listenForShortcuts(stop, () => panel.reset(), () => session.stands(now()));
-/** Ahead is where whoever leads looks: in a headset by the heading, else as the scene is seen. */
+/** Ahead is where the operator looks: in a headset by the heading, otherwise as the scene is seen. */
 const looks = () => (headset.session ? (session.state?.controls.yaw ?? 0) : stage.view.heading);
 const keys = new Keys(hand, session, wantLease, looks);
 const gamepads = new Gamepads(hand, session, wantLease, looks, stop, (closed) => panel.squeeze(closed), now);
@@ -166,7 +166,7 @@ const enter = (mode: 'immersive-vr' | 'immersive-ar') => () => {
   if (headset.session) void headset.session.end();
   else headset.enter(mode).then(() => {
     session.lastError = null;
-    firstSteps.dismiss(); // the picture of an emulated one lies over it
+    firstSteps.dismiss(); // the view of an emulated one covers it
     firstSteps.closeHelp();
   }, (error: unknown) => {
     const why = error instanceof Error ? error.message : String(error);
@@ -186,7 +186,7 @@ mode.onclick = () => {
 element('bodies', HTMLInputElement).onchange = (event) => stage.arm?.showBodies((event.target as HTMLInputElement).checked);
 element('reach', HTMLInputElement).onchange = (event) => stage.showReach((event.target as HTMLInputElement).checked);
 const views = [...document.querySelectorAll<HTMLButtonElement>('[data-view]')], follow = element('follow', HTMLButtonElement);
-/** From where the scene is seen, until somebody turns it; and whether that goes with the glass. */
+/** The viewpoint, until the operator turns the view; and whether it follows the glass. */
 const showView = (chosen: HTMLButtonElement | null) => {
   for (const view of views) view.setAttribute('aria-pressed', String(view === chosen));
   follow.setAttribute('aria-pressed', String(stage.view.follows));
@@ -224,14 +224,14 @@ dark.onchange = () => {
   repaint();
 };
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', ({ matches }) => {
-  if (document.documentElement.className === '') stage.setDark(dark.checked = matches); // nobody chose otherwise
+  if (document.documentElement.className === '') stage.setDark(dark.checked = matches); // no theme was chosen
   repaint();
 });
 
 onResize(canvas, fit);
 onResize(words, keepClear);
 
-/** s between two looks at all words and values. */
+/** s between two updates of all texts and values. */
 const WORDS_EVERY = 0.2;
 /** s between two plots that are drawn: each of four comes four times a second, and moves by a point of the screen. */
 const PLOT_EVERY = 1 / 16;
@@ -252,7 +252,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (recordings.player) stage.showPast(recordings.player.q(), recordings.player, recordings.other, t);
   else if (session.state) stage.show(session.state, session.isStale(t), t);
   objects.draw();
-  const wordsDue = t - lastWords > WORDS_EVERY, plotDue = t - lastPlot > (wordsDue ? 2 : 1) * PLOT_EVERY; // in frames of their own where they can
+  const wordsDue = t - lastWords > WORDS_EVERY, plotDue = t - lastPlot > (wordsDue ? 2 : 1) * PLOT_EVERY; // not in the same frame, if possible
   if (wordsDue) {
     lastWords = t;
     put(words.dataset, 'over', String(stage.view.isCovered && !stage.view.orbit.enabled));
@@ -274,19 +274,19 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   stage.draw(dt, t, wordsDue || plotDue);
 });
 
-// What a scene that stands still may look like after it; pictures of it are few.
+// These events may change a scene that does not move, of which few frames are drawn.
 for (const type of ['pointerdown', 'pointerup', 'keydown', 'keyup', 'wheel', 'change', 'click']) {
   addEventListener(type, () => stage.wake(), { capture: true, passive: true });
 }
 canvas.addEventListener('pointermove', () => stage.wake(), { passive: true });
 
-// The hand keeps its pace however slowly the picture is drawn; a page that nobody sees leads nothing.
+// The rate of the hand does not depend on the frame rate; a hidden page controls nothing.
 let lastHand = now();
 setInterval(() => {
   const t = now(), gap = t - lastHand;
   const dt = Math.min(0.1, gap);
   lastHand = t;
-  hand.repeat(); // also of a page that has just been hidden, and let go
+  hand.repeat(); // also if the page has just been hidden, which releases
   if (document.hidden) return;
   session.told(gap, hand.source !== null, t);
   if ((!headset.session || headset.simulated) && session.mayResume(t)) hand.resume();
@@ -300,5 +300,5 @@ element('blind', HTMLElement).hidden = !stage.blind;
 void offerHeadset();
 connection.start();
 
-/** For tests and the curious: what the page knows. */
+/** The page's objects, for tests and the browser's console. */
 Object.assign(window, { steadyhand: { session, connection, hand, stage, drag, headset, recordings, cameras, frames: () => frames } });

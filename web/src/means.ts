@@ -11,7 +11,7 @@ export const IN_HEADSET: Means = {
   pair: 'To control the arm, leave VR and enter the code.', again: 'Release, and squeeze again.', reset: 'press the thumbstick to reset',
 };
 
-/** The same with what stands for a controller's parts on this page. */
+/** The same, with the page's substitutes for the parts of a controller. */
 export const IN_EMULATOR: Means = {
   lead: 'Squeeze the grip (hold the mouse button in the view) to move the arm.', takeOver: 'Squeeze the grip (hold the mouse button in the view) to take over.',
   pair: 'To control the arm, leave VR and enter the code.', again: 'Release, and squeeze again (the mouse button).', reset: 'press the thumbstick to reset (here: Enter)',

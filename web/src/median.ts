@@ -1,4 +1,4 @@
-/** The median of the newest of what was measured. */
+/** The median of the newest measurements. */
 export class Median {
   readonly #newest: Float64Array;
   readonly #sorted: Float64Array;
@@ -10,7 +10,7 @@ export class Median {
     this.#sorted = new Float64Array(most);
   }
 
-  /** What is no number does not count. */
+  /** NaN does not count. */
   add(value: number): void {
     if (!Number.isNaN(value)) this.#newest[this.#count++ % this.#newest.length] = value;
   }

@@ -14,7 +14,7 @@ import { Sliders } from './sliders';
 import { areChanged } from './weights';
 
 const write = (node: HTMLElement, text: string): void => put(node, 'textContent', text);
-/** Shows it while there are words, which are in `words`. */
+/** Shows the element while there is text, which is in `words`. */
 function tell(id: string, text: string, words = id): void {
   put(element(id, HTMLElement), 'hidden', text === '');
   write(element(words, HTMLElement), text);
@@ -32,10 +32,10 @@ class Reading {
 const button = (id: string) => element(id, HTMLButtonElement);
 const input = (id: string) => element(id, HTMLInputElement);
 
-/** Hz, of the planner, that are offered beside the one it has. */
+/** Hz, of the planner, that are offered in addition to the current one. */
 const RATES = [50, 100, 250, 500];
 
-/** What opens over other things folds. @param around but for what this is in */
+/** Closes all folds that open over other things. @param around except those that contain this */
 export function foldAll(around: Node | null = null): void {
   for (const fold of document.querySelectorAll<HTMLDetailsElement>('.over[open]')) if (!fold.contains(around)) fold.open = false;
 }
@@ -54,20 +54,20 @@ function folds(list: HTMLSelectElement): void {
   };
 }
 
-/** All of a list at once: one that opens in a window of its own has keys of its own, and Space would not come through. */
+/** Shows all of a list at once: a list in its own window takes the keys, and Space would not get through. */
 function show(list: HTMLSelectElement, options: HTMLOptionElement[]): void {
   list.replaceChildren(...options);
   list.size = Math.max(2, options.length);
 }
 
-/** null: nothing was measured yet, which is told as 0. */
+/** null: nothing was measured yet, which is sent as 0. */
 export const known = (value: Measure | undefined): Measure => value || null;
 
-/** s for which the top of a wave stays in words: nobody reads what changes with every swing. */
+/** s for which the text shows the top of a wave: text that changes with every swing cannot be read. */
 const WAVE_HELD = 1.2;
 /** Of the room to the rim: a wave that came so high is worth a warning. */
 const NEAR_THE_RIM = 0.9;
-/** s between two looks at what the planner counts. */
+/** s between two updates of the planner's counters. */
 const COUNTERS_EVERY = 1;
 /** s for which Reset calls for attention. */
 const CALLED_FOR = 1.2;
@@ -80,17 +80,20 @@ function whyDisabled(session: Session, reached: boolean): string {
   return session.mayTake ? '' : 'Another client has control. To use the grey controls, ask for control.';
 }
 
-/** What objects are for. @param chosen the one that the buttons act on; empty: none @param plays a demo motion leads */
+/**
+ * Hint for objects.
+ * @param chosen the one that the buttons act on; empty: none @param plays a demo motion controls the arm
+ */
 function objectsHint(chosen: string, carried: boolean, plays: boolean): string {
   if (carried) return `The arm carries ${chosen} and keeps its distance from other obstacles.${plays ? ' To put it down, end the demo motion first.' : ''}`;
   if (plays) return 'Drag obstacles over the floor; the arm keeps its distance. To take one up or put it down, end the demo motion first.';
   return `Drag obstacles over the floor; the arm keeps its distance. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`;
 }
 
-/** What a request says beside its kind. */
+/** The fields of a request in addition to its kind. */
 type Asked = { text?: string; value?: number; to?: string; success?: boolean; notes?: string };
 
-/** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
+/** Controls and texts of the page. A choice shows the server's state as soon as the server can have answered. */
 export class Panel {
   readonly #choices = new Choices();
   readonly #sliders: Sliders;
@@ -105,7 +108,7 @@ export class Panel {
   #plays = false;
   #objectsHint = objectsHint('', false, false);
   #carried = false;
-  /** Name of the demo motion that led last; undefined: none has. */
+  /** Name of the last demo motion that controlled the arm; undefined: none has. */
   #played: string | undefined;
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
@@ -142,7 +145,7 @@ export class Panel {
     });
   }
 
-  /** A trigger moved: 0 open to 1 closed. Takes the arm from nobody, as it may be touched by accident. */
+  /** A trigger moved: 0 open to 1 closed. Does not request control, as it may be touched by accident. */
   squeeze(closed: number): void {
     if (this.session.hasGripper && this.session.yours && !this.session.past) this.hand.gripper = closed;
   }
@@ -167,8 +170,8 @@ export class Panel {
   }
 
   /**
-   * If nobody has it; the server decides. A recording that leads the arm goes on, from its begin: a new lease ends it.
-   * Returns whether it was asked for.
+   * Requests control if it is free; the server decides. New control ends a recording that moves the arm, so this starts
+   * it again. Returns whether control was requested.
    */
   takeLease(): boolean {
     const { yours, mayTake, welcome, state } = this.session;
@@ -179,7 +182,7 @@ export class Panel {
     return true;
   }
 
-  /** The first recorded hand leads the arm. */
+  /** Starts the first recorded hand. */
   playFirst(): void {
     const text = this.session.welcome?.recordings[0];
     if (text === undefined) return;
@@ -187,7 +190,10 @@ export class Panel {
     this.ask('playback', { text });
   }
 
-  /** The operator's own hand begins: the lease, and an end to the recording that leads the arm. Returns whether the lease was asked for. */
+  /**
+   * The operator's own hand starts: requests control and ends the recording that moves the arm. Returns whether control
+   * was requested.
+   */
   takeOver(): boolean {
     if (this.session.past) return false;
     const takes = this.takeLease();
@@ -199,13 +205,13 @@ export class Panel {
     this.connection.send({ type: 'request', kind, ...more } as RequestMessage);
   }
 
-  /** Asks for what only who has the arm may ask for. */
+  /** Sends a request that needs control. */
   command(kind: RequestKind, more: Asked): void {
     this.takeLease();
     this.ask(kind, more);
   }
 
-  /** What the server offers. */
+  /** Shows the choices that the server offers. */
   offer(welcome: WelcomeMessage): void {
     document.body.dataset.glass = String(!welcome.robot?.gripper);
     this.#sliders.offer(welcome);
@@ -222,7 +228,7 @@ export class Panel {
     show(list, [new Option('none: you control the arm', ''), ...welcome.recordings.map((name) => new Option(motionText(name), name))]);
   }
 
-  /** The profile that leads. */
+  /** The active profile. */
   #led(): Profile | undefined {
     const { state, welcome } = this.session;
     return welcome?.profiles.find(({ index }) => index === state?.controls.profile);
@@ -235,7 +241,7 @@ export class Panel {
     put(button('unchange'), 'disabled', !mayChoose);
   }
 
-  /** The demo motion that was asked for last, which a stop or a hand has ended. */
+  /** A button for the last demo motion, which a stop or a hand has ended. */
   #showAgain(disabled: boolean): void {
     const { welcome, state } = this.session, plays = state?.controls.playback ?? -1;
     if (plays >= 0) this.#played = welcome?.recordings[plays];
@@ -259,7 +265,7 @@ export class Panel {
     show(list, rates.map((hz) => new Option(hz ? `${hz.toFixed(0)} Hz` : 'automatic', String(hz), false, hz === chosen)));
   }
 
-  /** How high the liquid stands against what its rim allows, and how high it stood at most since the glass was filled. */
+  /** Height of the liquid compared with the rim, and the largest height since the glass was filled. */
   #showWave(present: boolean): void {
     const wave = present ? this.session.wave() : null;
     put(element('wave', HTMLElement), 'hidden', !wave);
@@ -273,11 +279,11 @@ export class Panel {
     write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm${lean > 0 ? `, leans ${lean.toFixed(1)}°` : ''}`);
   }
 
-  /** The policy that is connected, and who leads in its turn. */
+  /** The connected policy, and what controls the arm during its turn. */
   #showPolicy(state: StateMessage | null | undefined, mayChoose: boolean): void {
     const { policy = '', policy_turn: turn = false } = state?.controls ?? {};
     put(element('policy-line', HTMLElement), 'hidden', policy === '');
-    const halted = state?.state === 'stopping' || state?.state === 'fault'; // what is wanted then is not done later
+    const halted = state?.state === 'stopping' || state?.state === 'fault'; // commands of that time are not done later
     if (state?.leader === 'policy' || halted) this.hand.leaveGripper();
     const choice = button('policy');
     put(choice, 'disabled', !mayChoose || (!turn && state?.state !== 'ready'));
@@ -286,7 +292,10 @@ export class Panel {
     write(element('policy-words', HTMLElement), policyText(policy, turn, state?.leader ?? null));
   }
 
-  /** What had the focus and was greyed out has it again once it can be used. @param before had the focus before this picture */
+  /**
+   * A greyed-out element that had the focus gets it back once it is enabled.
+   * @param before had the focus before this frame
+   */
   #keepFocus(before: Element | null): void {
     if (before instanceof HTMLElement && before.matches(':disabled')) this.#unfocused = before;
     else if (document.activeElement !== document.body) this.#unfocused = null;
@@ -295,7 +304,7 @@ export class Panel {
     this.#unfocused = null;
   }
 
-  /** Who has the arm or may have it, and what resets it. */
+  /** Shows who has control or may have it, and the button Reset. */
   #showLease(now: number): void {
     const { session } = this;
     const reset = button('reset');
@@ -312,7 +321,7 @@ export class Panel {
     write(element('asked-until', HTMLElement), session.askedUntil(now));
   }
 
-  /** What may be chosen now. */
+  /** Enables the choices that are possible now. */
   #showChoices(mayChoose: boolean, why: string, chosen: string, carried: boolean): void {
     const { session } = this, { state } = session;
     put(element('playback', HTMLSelectElement), 'disabled', session.past || !session.mayTake);
@@ -324,7 +333,7 @@ export class Panel {
     put(button('remove-object'), 'disabled', !mayChoose || chosen === '');
     for (const choice of this.#profiles) put(choice, 'disabled', !mayChoose);
     tell('why-disabled', why);
-    if (chosen !== this.#chosen || carried !== this.#carried || plays !== this.#plays) { // words that are made anew only then
+    if (chosen !== this.#chosen || carried !== this.#carried || plays !== this.#plays) { // makes these texts again only on a change
       this.#objectsHint = objectsHint(this.#chosen = chosen, this.#carried = carried, this.#plays = plays);
       button('carry-object').textContent = carried ? 'Put down' : 'Take up';
     }
@@ -357,7 +366,7 @@ export class Panel {
     put(element('gripper-line', HTMLElement), 'hidden', !session.hasGripper);
     this.#showPolicy(session.past ? undefined : state, reached && session.mayTake);
     tell('refusal', session.refusal(now));
-    // Nothing old stands there as if it were of now.
+    // Old values are not shown as current.
     this.#latency.show(live ? known(state?.latency_us.p50) : null);
     this.#error.show(live ? state?.tracking_error : null);
     this.#clearance.show(live ? state?.clearance : null);
@@ -376,7 +385,7 @@ export class Panel {
     const list = element('playback', HTMLSelectElement);
     if (this.#choices.isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
     write(element('playback-now', HTMLOutputElement), list.value === '' ? (session.yours ? 'none: you control the arm' : 'none') : motionTitle(list.value));
-    if (now < this.#countersAt) return; // figures that nobody follows, in a paragraph
+    if (now < this.#countersAt) return; // these figures are in a paragraph and need no fast updates
     this.#countersAt = now + COUNTERS_EVERY;
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';
     write(element('counters', HTMLElement),

@@ -1,4 +1,4 @@
-/** The largest of what was seen in the last moments: at least half of `held` s, at most all of it. */
+/** The largest value of the last moments: of at least half of `held` s, at most all of it. */
 export class Peak {
   #begun = -Infinity;
   #now = 0;

@@ -1,6 +1,6 @@
 import type { StateMessage } from './protocol';
 
-/** Who leads while a policy is connected, for people. */
+/** Text: what controls the arm while a policy is connected. */
 export function policyText(policy: string, turn: boolean, leader: StateMessage['leader']): string {
   if (!turn) return `Policy ‘${policy}’ is connected.`;
   if (leader === 'policy') return `Policy ‘${policy}’ controls the arm. Engage to take over.`;

@@ -1,6 +1,9 @@
 import type { Profile } from './protocol';
 
-/** What the project's own profiles are for, in a line; P1 to P3 are those of the paper. Profiles of the user's own have a name only. */
+/**
+ * Purpose of each profile of the project, in a line; P1 to P3 are those of the paper. A user's profiles have only a
+ * name.
+ */
 const PURPOSE: Readonly<Record<string, string>> = {
   tracking: 'Follows the hand as closely as the arm can; ignores the liquid, and spills.',
   'anti-slosh': 'Keeps the liquid almost still; follows late.',
@@ -27,12 +30,12 @@ export function colorOf({ name, index }: Profile): string {
 }
 
 let probe: HTMLElement | null = null;
-/** Asking for a style makes the browser compute all of them: a colour is asked for once in a theme. */
+/** Reading a style makes the browser compute all of them: each colour is read once in a theme. */
 const known = new Map<string, string>();
 /** After another theme. */
 export const forgetColors = (): void => known.clear();
 
-/** What a colour of the style sheet is now, for a canvas, which knows no variables. */
+/** Current value of a colour of the style sheet, for a canvas, which has no CSS variables. */
 export function resolved(color: string): string {
   let found = known.get(color);
   if (found === undefined) known.set(color, found = ask(color));

@@ -12,34 +12,42 @@ import { Replay } from './replay/replay';
 
 /** Sessions that are listed at first, so many more with each press, and the most that need no press. */
 const SHOWN = 6, MORE = 20, FEW = 2;
-/** How often the list is asked for what came of a change. */
+/** How many times the list is requested for the result of a change. */
 const TRIES = 20;
-/** s, after which the list is asked for again while a session is written. */
+/** s after which the list is requested again while a session is recorded. */
 const ANEW = 10;
 
-/** The list of recorded sessions, and the one that is shown: its time line, its events, and another one beside it. */
+/**
+ * The list of recorded sessions, and the one that is shown: its time line, its events, and another one compared with
+ * it.
+ */
 export class Recordings {
   readonly replay = new Replay((name) => `#replay=${encodeURIComponent(name)}&`);
-  /** Of the session whose name and label are being changed. */
+  /** The edit of the session whose name and label are being changed. */
   #edit: Edit | null = null;
   #sessions: RecordedSession[] = [];
   #most = SHOWN;
   /** Where no program has them. */
   readonly kept = new KeptRecordings(() => this.#showKept());
   #keptShown = '';
-  /** s, of the page's clock, when the list that is shown was asked for, and the last one. */
+  /** s, of the page's clock: when the list that is shown, and when the last one, was requested. */
   #listedAt = 0;
   #askedAt = 0;
-  /** s, that the one that is being written was last said to be long. */
+  /** The last shown length, s, of the session being recorded. */
   #told = { name: '', length: 0 };
   readonly #busy: Busy;
-  /** Whether the session of now is written to a file. */
+  /** Whether the current session is being recorded. */
   #writes = false;
   #line: HTMLElement | null = null;
-  /** When that began, in words. */
+  /** When that started, as text. */
   #began = '';
 
-  /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list @param refusal why nothing came of it; empty: nobody said so @param token of who is paired; empty: nobody is */
+  /**
+   * @param onShown a recording is shown from now on, or is not
+   * @param change sends the change to the server; the next list shows its result
+   * @param refusal why the server refused it; empty: not refused
+   * @param token of a paired client; empty: not paired
+   */
   constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
               private readonly change: (kind: Change, name: string, to?: string) => void, private readonly refusal: () => string = () => '',
               private readonly token: () => string = () => '') {
@@ -58,11 +66,11 @@ export class Recordings {
   get other(): Player | null { return this.replay.other; }
   get profiles(): readonly Profile[] { return this.replay.profiles; }
 
-  /** What the address says: #replay=NAME, and &t=S from its begin. */
+  /** Opens the recording of the address: #replay=NAME, and &t=S from its start. */
   async follow(): Promise<void> {
     const asked = new URLSearchParams(location.hash.slice(1)), name = asked.get('replay'), at = Number(asked.get('t') ?? NaN);
     if (!name) return;
-    if (this.#sessions.length === 0) await this.refresh(); // which knows what people call it
+    if (this.#sessions.length === 0) await this.refresh(); // which has its title
     if (this.player?.motion.name !== name) await this.open(name);
     if (!this.player || !Number.isFinite(at)) return;
     this.player.playing = false;
@@ -92,7 +100,10 @@ export class Recordings {
   /** The one that is being written: the newest that is not closed. */
   get #written(): RecordedSession | undefined { return this.#writes ? this.#sessions.find(({ complete }) => !complete) : undefined; }
 
-  /** A few times a second: what is being written grows, and now and then the list is asked for. @param writes whether the session of now is recorded @param moves the arm does, or may soon: Space stops it */
+  /**
+   * Call it a few times a second: updates the length of the session being recorded, and sometimes requests the list.
+   * @param writes whether the current session is recorded @param moves the arm moves, or may soon: Space stops it
+   */
   grow(writes: boolean, moves: boolean): void {
     const warning = this.list.querySelector<HTMLElement>('.edit .space');
     if (warning) put(warning, 'hidden', !moves || !isTyped(document.activeElement) || !this.list.contains(document.activeElement));
@@ -106,7 +117,7 @@ export class Recordings {
       const words = this.#tell(session, age, this.#began);
       if (this.#line.textContent !== words) this.#line.textContent = words;
     }
-    if (performance.now() / 1000 - this.#askedAt < ANEW || this.#edit || this.list.contains(document.activeElement)) return; // who works with the list keeps it
+    if (performance.now() / 1000 - this.#askedAt < ANEW || this.#edit || this.list.contains(document.activeElement)) return; // does not replace a list that is in use
     void this.refresh();
   }
 
@@ -172,13 +183,13 @@ export class Recordings {
     }), ...notes);
   }
 
-  /** A button of what takes a while. */
+  /** A button whose action takes a while. */
   #slow(kind: string, words: string, name: string, text: string, label: string, act: () => Promise<unknown>): HTMLButtonElement {
     const key = `${kind} ${name}`;
     return this.#busy.sign(press(text, label, () => void this.#busy.run(key, act)), key, words);
   }
 
-  /** A line beneath the sessions, and what it offers. */
+  /** A line below the sessions, with a button. */
   #note(words: string, act: string, onclick: () => void): HTMLElement {
     return made('li', { className: 'note' }, `${words} `, press(act, act, onclick));
   }
@@ -241,7 +252,7 @@ export class Recordings {
     this.#showList();
   }
 
-  /** What is shown has another name now. */
+  /** The recording that is shown has a new name. */
   #follow(name: string, to: string): void {
     for (const shown of [this.player, this.other]) if (shown?.motion.name === name) shown.motion.name = to;
     if (this.#edit?.name === name) this.#edit.name = to;
@@ -268,7 +279,7 @@ export class Recordings {
     this.replay.open(player);
     this.#layOut();
     element('past-play', HTMLButtonElement).focus();
-    if (matchMedia('(max-width: 60rem)').matches) scrollTo({ top: 0 }); // what happened and its plots come before the list
+    if (matchMedia('(max-width: 60rem)').matches) scrollTo({ top: 0 }); // its events and plots are before the list
   }
 
   /** Where it lost most. */
@@ -293,7 +304,7 @@ export class Recordings {
     element('past-compare', HTMLElement).scrollIntoView({ block: 'start' });
   }
 
-  /** On a phone what is scrolled to stands beneath the bar, however many lines that has. */
+  /** Sets the height of the bar, so that a phone scrolls to below it, however many lines it has. */
   #measure(): void { document.documentElement.style.setProperty('--past-height', `${this.line.offsetHeight}px`); }
 
   #layOut(): void {
@@ -314,7 +325,7 @@ export class Recordings {
     return session.label || wordsOf(session, new Date());
   }
 
-  /** What people call it, and every profile that led. */
+  /** Its title for people, and every profile that was engaged. */
   #titleOf(motion: Motion): string {
     const session = this.#sessions.find((each) => each.name === motion.name), names = ledIn(motion);
     const told = names.map((name) => this.profiles.find((profile) => profile.name === name)?.label ?? name).join(', ') || (session ? profilesOf(session, this.profiles) : '');

@@ -6,32 +6,37 @@ import { ON_PAGE } from './means';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
 import { Spills } from './spills';
 
-/** s without a state after which the scene greys out: what is seen is old. */
+/** s without a state after which the scene greys out: it shows old data. */
 export const STALE_AFTER = 0.5;
-/** s without a state after which the controls grey out, too: a connection is given up then. A short gap takes the focus from nobody. */
+/**
+ * s without a state after which the controls grey out, too: the connection is given up then. A shorter gap keeps the
+ * focus.
+ */
 export const GONE_AFTER = 3;
-/** s of a picture from which on the page itself was held up: what came meanwhile is read before the news are called old. */
+/**
+ * s of a frame after which the page counts as blocked: messages of that time are read before the state counts as old.
+ */
 const HELD_UP = 0.25;
 
 /** From here on a body's number is that of an object that the tool carries (docs/reference/protocol.md). */
 const CARRIED = 128;
-/** s for which a refusal stands. */
+/** s for which a refusal is shown. */
 const SAID_FOR = 10;
-/** rad/s (m/s) below which a joint counts as at rest. */
+/** rad/s (m/s) below which a joint counts as stationary. */
 const AT_REST = 0.005;
-/** s for which a refill is told, and where it spilled again meanwhile. */
+/** s for which a refill is shown, and the same if the glass spilled again meanwhile. */
 const REFILL_TOLD = 4, REFILL_TOLD_AT_LEAST = 1;
-/** rad/s (m/s) above which an arm that nobody leads is still coming to rest; sensors of an arm that stands say less. */
+/** rad/s (m/s) above which an arm that is not engaged is still stopping; sensors of a stationary arm measure less. */
 const COMES_TO_REST = 0.02;
-/** m/s^2; and deg, of a lean that is told. */
+/** m/s^2; and deg, the smallest lean that is shown. */
 const GRAVITY = 9.81, LEAST_LEAN = 0.5;
 /** rad, from which on the glass leans with the hand. */
 const LEANS = 0.009;
-/** s after which an arm that is at fault was not mended by its reset. */
+/** s after which a reset has failed if the arm is still in fault. */
 const RESET_WITHIN = 0.5;
-/** s for which a hint stands. */
+/** s for which a hint is shown. */
 const HINTED_FOR = 4;
-/** s in which a grip is heard and answered. */
+/** s within which the server receives and answers a grip. */
 const HEARD_AFTER = 0.4;
 
 /** mm */
@@ -46,20 +51,20 @@ export function waveOf(room: number, freeboard: number, least: number): Wave | n
 /** In a line. */
 export const waveText = ({ now, most, room }: Wave): string => `wave ${offText(now)} of ${offText(room)} mm, largest ${offText(most)}`;
 
-/** Between two rounds of a demo motion, and after the last one. @param plays it goes on by itself */
+/** Between two rounds of a demo motion, and after the last one. @param plays it continues by itself */
 function demoReason({ reason, reason_code: code }: StateMessage, plays: boolean): string {
   if ((code === 'released' || code === 'profile_waits') && plays) return 'the demo motion starts again';
   if (code === 'silent') return plays ? 'the demo motion was delayed, and continues' : 'the demo motion ended';
   return reason;
 }
 
-/** To who turns the glass while it does not lean. */
+/** Shown when the operator turns the glass while it does not lean. */
 export const STAYS_UPRIGHT = 'The glass does not lean with the hand: raise “Tilt with the hand” to lean it.';
 
-/** To who turns a glass about its own axis. */
+/** Shown when the operator turns a glass about its own axis. */
 export const LOOKS_THE_SAME = 'The glass turns about its axis; it is round, so it looks the same.';
 
-/** What the page knows of the session; messages in, facts out. Knows neither the DOM nor the network. */
+/** State of the session from the messages of the server. Uses neither the DOM nor the network. */
 export class Session {
   welcome: WelcomeMessage | null = null;
   state: StateMessage | null = null;
@@ -67,17 +72,17 @@ export class Session {
   paired = false;
   holder = 0;
   yours = false;
-  /** The server would give this client the lease: nobody has it, or the same person in another tab. */
+  /** The server would give this client control: it is free, or the same person has it in another tab. */
   takeable = false;
-  /** Who asks the holder for the lease; 0: nobody. */
+  /** Number of the client that asks the holder for control; 0: none. */
   asker = 0;
   /** A recording of the past is on the screen in place of the arm: nothing that the operator does may move the arm, but Stop. */
   past = false;
-  /** How the operator leads now. */
+  /** How the operator controls the arm now. */
   means = ON_PAGE;
-  /** What was refused last; the page, too, may say so. */
+  /** The last refusal, by the server or by the page. */
   lastError: { code: Refusal; message: string; at?: number } | null = null;
-  /** Why there is no session in this page, in words for people; empty: there is one, or it is elsewhere. */
+  /** Text: why this page has no session; empty: it has one, or the session is in a program. */
   failure = '';
   statesReceived = 0;
   #refilledAt = -Infinity;
@@ -87,18 +92,20 @@ export class Session {
   #hint = { words: '', at: -Infinity };
   #stateAt = -Infinity;
   #ended = false;
-  /** s, of the page's clock: when this page asked to reset the arm that has been at fault since; infinite: it did not. */
+  /**
+   * s, of the page's clock: when this page requested the reset of an arm that is still in fault; infinite: it did not.
+   */
   #resetAt = Infinity;
-  /** Number of the client that asked for the stop that the arm is in, or comes to; 0: nobody is known to have. */
+  /** Number of the client that requested the current stop; 0: unknown. */
   #stoppedBy = 0;
-  /** A hand of this page has led. */
+  /** A hand of this page has controlled the arm. */
   #hasHeld = false;
-  /** s, of the last picture, if the page was held up in it. */
+  /** s, of the last frame, if the page was blocked in it. */
   #heldUp = 0;
-  /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
+  /** s, of the page's clock: when `asker` gets control if the arm is not engaged until then. NaN: it is engaged now. */
   #grantAt = NaN;
 
-  /** @param ended the program ended, and said so: its arm has come to rest */
+  /** @param ended the program reported its end: its arm has stopped */
   connectionBecame(status: ConnectionStatus, ended = false): void {
     this.status = status;
     this.#ended = ended;
@@ -106,7 +113,7 @@ export class Session {
       this.failure = '';
       return;
     }
-    // Whatever was true of the lease ended with the connection.
+    // Control ended with the connection.
     this.paired = false;
     this.yours = this.takeable = false;
     this.holder = this.asker = this.#stoppedBy = 0;
@@ -150,22 +157,22 @@ export class Session {
     }
   }
 
-  /** The page told of the hand, `gap` s after the time before. @param held a way in has the hand */
+  /** The page sent the hand, `gap` s after the time before. @param held a source has the hand */
   told(gap: number, held: boolean, now: number): void {
     if (held && this.yours) this.#hasHeld = true;
     if (held) this.#kept.told(gap, now);
   }
 
-  /** The arm lost the hand since this browser did not come to tell of it. */
+  /** The hand timed out because this browser blocked the page. */
   get isLostByBrowser(): boolean { return this.#kept.explains(this.state); }
 
-  /** Whoever holds on may lead on. */
+  /** A hand that is still held may engage again. */
   mayResume(now: number): boolean { return this.#kept.mayResume(this.state, now); }
 
   /** Plans or commands come late too often. */
   get isLate(): boolean { return this.#late.isLate || this.state?.reason_code === 'planner_late'; }
 
-  /** That the computer of the program cannot keep up, and what that means; empty: it can. */
+  /** Text if the program's computer is too slow, with the consequence; empty: it is not. */
   slow(now: number): string {
     if (this.past || this.isStale(now) || !this.#late.isSlow) return '';
     return `The computer is too slow now: ${percentText(this.#late.commands)} % of the commands are late.${this.hasGlass ? ' Any profile may spill.' : ''}`;
@@ -176,38 +183,38 @@ export class Session {
     return (before.liquid.spilled && !after.liquid.spilled) || before.controls.fill !== after.controls.fill;
   }
 
-  /** What the operator tried, and why nothing came of it: stands in the advice's place for a while. */
+  /** Why an action of the operator had no effect: replaces the advice for a while. */
   hint(words: string, now: number): void { this.#hint = { words, at: now }; }
-  /** The operator turns the view; before a hand of this page has led, that may have been meant to. */
+  /** The operator turns the view; before the first motion, the operator may have meant to move the arm. */
   turnsView(now: number): void {
     if (!this.#hasHeld && this.mayLead(now)) this.hint('That turns the view. To move the arm, drag the glass or an arrow.', now);
   }
-  /** This page asks to reset the arm. */
+  /** This page requests a reset of the arm. */
   resets(now: number): void { this.#resetAt = now; }
   /** A hint was given within this many s. */
   hintedWithin(seconds: number, now: number): boolean { return now - this.#hint.at < seconds; }
 
-  /** What was spilled, under which profiles, and of what where the computer was too slow; empty: nothing. */
+  /** Text of the spill: how much, under which profiles, and its cause; empty: none. */
   spill(): string {
     return this.past || !this.hasGlass || !this.state ? '' : this.#spills.told(this.state, this.welcome?.profiles);
   }
 
   /** The tool holds a glass. */
   get hasGlass(): boolean { return !this.welcome?.robot?.gripper; }
-  /** The arm tells where its gripper is, or has one by its file: behind some controllers it is not told before it moved. */
+  /** The arm reports its gripper, or its file has one: some controllers report it only after its first motion. */
   get hasGripper(): boolean { return typeof this.state?.gripper === 'number' || (this.state !== null && !this.hasGlass); }
-  /** The glass was filled anew a moment ago, and somebody should hear of it. */
+  /** The glass was refilled a moment ago, and the page should show it. */
   wasRefilled(now: number): boolean {
     return this.hasGlass && now - this.#refilledAt < (this.state?.liquid.spilled ? REFILL_TOLD_AT_LEAST : REFILL_TOLD);
   }
 
-  /** Why it does what it does; of a connection that is gone, since when. */
+  /** Text: the reason of the state; without a connection, the age of the last data. */
   reason(now: number): string {
     if (this.past) return '';
     if (this.status !== 'open' || this.isStale(now)) return this.state ? `last data ${spanText(now - this.#stateAt)} ago` : '';
     const { state } = this;
     if (!state) return '';
-    // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
+    // The advice says how to engage; and an operator who watches a recorded hand has nothing to release.
     if (state.reason_code === 'ready') return '';
     if (state.reason_code === 'hand_back' && state.reason_leader === 'person') return 'the hand’s position arrives again';
     if (!this.#hasHeld && isNotHeard(state)) return ''; // whose hand that was is not here
@@ -215,33 +222,39 @@ export class Session {
     return state.reason_leader === 'recording' ? demoReason(state, state.controls.playback >= 0) : state.reason;
   }
 
-  /** mm: how high the liquid stands above its level at rest, how high at most since the glass was filled, and what the rim allows. null: nobody can say. */
+  /**
+   * mm: height of the liquid above its level at rest, the largest since the glass was filled, and the height of the
+   * rim. null: unknown.
+   */
   wave(): Wave | null {
     const { state, welcome } = this, { freeboard, least_freeboard, spilled } = state?.liquid ?? {};
     if (!this.hasGlass || !state || !welcome || spilled || typeof freeboard !== 'number' || typeof least_freeboard !== 'number') return null;
     return waveOf(1000 * (welcome.glass.height - state.controls.fill), 1000 * freeboard, 1000 * least_freeboard);
   }
 
-  /** deg by which the glass of an arm that rests leans, as a stop left it: all that the liquid feels then. 0: it moves, or stands upright. */
+  /**
+   * deg by which the glass of a stationary arm leans, as after a stop: then gravity alone acts on the liquid.
+   * 0: moving, or upright.
+   */
   get lean(): number {
     const felt = this.state?.liquid.lateral ?? 0, angle = (180 / Math.PI) * Math.asin(Math.min(1, felt / GRAVITY));
     return this.hasGlass && this.rests && angle >= LEAST_LEAN ? angle : 0;
   }
 
   isStale(now: number): boolean { return now - this.#stateAt - this.#heldUp > STALE_AFTER; }
-  /** So long without news that a control would reach nobody. */
+  /** So long without a state that no command would arrive. */
   isGone(now: number): boolean { return this.status !== 'open' || now - this.#stateAt - this.#heldUp > GONE_AFTER; }
-  /** A picture took so many s: what came meanwhile waits to be read. */
+  /** A frame took so many s: messages of that time have not been read yet. */
   drew(dt: number): void { this.#heldUp = dt > HELD_UP ? dt : 0; }
 
-  /** Whether this client has the lease, or would get it. */
+  /** Whether this client has control, or would get it. */
   get mayTake(): boolean { return this.yours || this.takeable; }
-  /** Whether this client asks another for the lease. */
+  /** Whether this client asks another for control. */
   get asks(): boolean { return this.welcome !== null && this.asker === this.welcome.client; }
-  /** Whole s until `asker` gets the lease; NaN while something leads the arm. */
+  /** Whole s until `asker` gets control; NaN while the arm is engaged. */
   grantIn(now: number): number { return Math.max(0, Math.ceil(this.#grantAt - now)); }
 
-  /** Why no demo motion can be asked for; empty: one can. */
+  /** Text: why no demo motion can be requested; empty: one can. */
   get whyNoMotion(): string {
     if (this.status !== 'open') return 'There is no connection to the arm.';
     if (!this.paired) return 'You are watching: enter the code from the terminal to control the arm.';
@@ -251,37 +264,37 @@ export class Session {
   /** The glass stays upright, however the hand leans. */
   get staysUpright(): boolean { return this.hasGlass && (this.state?.controls.tilt ?? 1) < LEANS; }
 
-  /** Whether a way in would move the arm now. */
+  /** Whether a source would move the arm now. */
   mayDrive(now: number): boolean {
     const state = this.state?.state;
     return this.yours && !this.past && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
   }
 
-  /** Whether a way in would move the arm now, or would if it took the lease, which is free. */
+  /** Whether a source would move the arm now, or after it took control, which is free. */
   mayLead(now: number): boolean {
     const state = this.state?.state;
     return this.mayTake && this.paired && !this.past && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
   }
 
-  /** Not while a recording is shown: who resets must see the arm as it is. */
+  /** Not while a recording is shown: an operator who resets must see the real arm. */
   get mayReset(): boolean { return !this.past && this.mayResetNow; }
   get mayResetNow(): boolean { return this.mayTake && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
 
-  /** Nothing leads the arm, and it is seen to be at rest. */
+  /** The arm is not engaged, and its current state shows it stationary. */
   stands(now: number): boolean { return !this.isStale(now) && this.rests && this.state?.state !== 'engaged'; }
 
-  /** No joint moves so that anybody would see it. */
+  /** No joint moves visibly. */
   get rests(): boolean { return this.state?.dq.every((speed) => Math.abs(speed) < AT_REST) ?? true; }
 
   get #isMoving(): boolean { return this.state?.dq.some((speed) => Math.abs(speed) > COMES_TO_REST) ?? false; }
 
-  /** What was refused, for people: until something is granted or tried anew, or it is old and nothing waits for it. */
+  /** Text of the last refusal: until a request is granted or repeated, or it is old and nothing waits for it. */
   refusal(now: number): string {
     const { lastError } = this;
     return lastError && (lastError.at === undefined || lastError.code === 'code' || now - lastError.at < SAID_FOR) ? lastError.message : '';
   }
 
-  /** What the arm does, in a word or two. */
+  /** State of the arm in one or two words. */
   title(now: number): string {
     if (this.status === 'connecting') return 'connecting';
     if (this.status !== 'open') return 'not connected';
@@ -292,7 +305,7 @@ export class Session {
     return this.rests && state === 'stopping' ? 'stopped' : state;
   }
 
-  /** What the operator may do now, in a sentence. @param heldFor s for which a way in has had the hand */
+  /** A sentence: what the operator may do now. @param heldFor s for which a source has had the hand */
   advice(now: number, heldFor = 0): string {
     const words = this.#advice(now, heldFor);
     return this.hasGlass ? words : words.replace('the glass', 'the gripper');
@@ -330,7 +343,7 @@ export class Session {
     }
   }
 
-  /** Why the code that came with the address, or was typed, lets nobody in; empty: none was refused. */
+  /** Why the server refused the code of the address, or the typed one; empty: none was refused. */
   get #codeRefused(): string {
     if (this.lastError?.code !== 'code') return '';
     const { message } = this.lastError;
@@ -347,7 +360,7 @@ export class Session {
     return Number.isNaN(left) ? 'The arm is engaged now.' : `If the arm is not engaged until then, you get control in ${left} s.`;
   }
 
-  /** That somebody asks this client for the arm; empty: nobody does. */
+  /** Text while another client asks for control; empty: none does. */
   asked(): string { return this.yours && this.asker ? 'Another client asks for control.' : ''; }
   /** When they get it all the same. */
   askedUntil(now: number): string {
@@ -355,7 +368,7 @@ export class Session {
     return !this.asked() || Number.isNaN(left) ? '' : `It gets control in ${left} s if the arm is not engaged until then.`;
   }
 
-  /** Which limit holds the arm back, for people; empty: none. */
+  /** Text of the active limit; empty: none. */
   constraint(): string {
     const c = this.state?.constraint;
     if (!c) return '';

@@ -10,7 +10,7 @@ interface Slider {
   output: HTMLElement;
   read(): number | undefined;
   label(value: number): string;
-  /** What the label says, for who hears it; else that. */
+  /** The label for a screen reader, if it differs. */
   spoken?(value: number): string;
   /** The slider's own value for this one. */
   place(value: number): number;
@@ -30,7 +30,7 @@ function headingText(heading: number): string {
   return `${angle}, to the ${heading > 0 ? 'left' : 'right'}`;
 }
 
-/** What a slider's two ends mean. */
+/** Texts of a slider's two ends. */
 const ends = (low: string, high: string): HTMLElement => made('span', { className: 'ends' }, made('span', {}, low), made('span', {}, high));
 
 /** The sliders of the page: those of index.html, and one for each weight that the server offers. */

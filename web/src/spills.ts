@@ -2,12 +2,12 @@ import { percentText } from './figures';
 import type { Profile, StateMessage } from './protocol';
 import { Swing } from './swing';
 
-/** s before a spill in which a late plan is what it came of. */
+/** s before a spill in which a late plan counts as its cause. */
 const LATE_BEFORE = 1;
-/** Share of the liquid that is told of a profile beside another. */
+/** Smallest share of the liquid that is shown for a profile if there are several. */
 const TOLD_SHARE = 5e-4;
 
-/** What went over the rim since the glass was full, and of what. */
+/** Spills since the glass was full, and their causes. */
 export class Spills {
   /** Share of the liquid that was seen to go over the rim under each profile since the glass was full, by index. */
   readonly #under = new Map<number, number>();
@@ -16,12 +16,12 @@ export class Spills {
   #lateAt = -Infinity;
   /** The planner was late just before it spilled. */
   #late = false;
-  /** The profile that led keeps nothing in: a full glass spills anew. */
+  /** The engaged profile does not prevent spills: a full glass spills again. */
   #anyhow = false;
-  /** It was while the arm braked, or was stopped by its own controller. */
+  /** It spilled while the arm braked, or after its own controller stopped it. */
   #inStop = false;
 
-  /** Each profile has what went over the rim by its swing. */
+  /** Adds a spill to the profile whose motion caused it. */
   book(before: StateMessage | null, message: StateMessage): void {
     const { liquid } = message, profile = this.#swing.of(message.now_s, message.controls.profile, message.controls.no_spill);
     const grew = (name: 'rejected_plans' | 'missed_deadlines'): boolean => before !== null && message[name] > before[name];
@@ -39,7 +39,7 @@ export class Spills {
     if (more > 0 || !before.liquid.spilled) this.#under.set(profile, (this.#under.get(profile) ?? 0) + Math.max(more, 0));
   }
 
-  /** What was spilled, under which profiles, and of what where the computer was too slow; empty: nothing. */
+  /** Text of the spill: how much, under which profiles, and its cause; empty: none. */
   told({ liquid }: StateMessage, profiles: readonly Profile[] = []): string {
     if (!liquid.spilled) return '';
     const whole = `Spilled ${percentText(liquid.spilled_share)} % of this glass`;

@@ -15,20 +15,20 @@ export class DisplayDelay {
 
   constructor(private readonly deliver: (message: ServerMessage) => void) {}
 
-  /** Of messages, states are late; what was late goes first. @param now s */
+  /** Delays only states, and delivers them in their order. @param now s */
   take(message: ServerMessage, now: number): void {
     if (message.type !== 'state' || this.seconds === 0 && this.#waiting.length === 0) return this.deliver(message);
     this.#waiting.push({ due: now + this.seconds, message });
     this.release(now);
   }
 
-  /** Hands on what is due. */
+  /** Delivers the messages that are due. */
   release(now: number): void {
     while (this.#waiting.length > 0 && (this.seconds === 0 || this.#waiting[0]!.due <= now)) this.deliver(this.#waiting.shift()!.message);
   }
 }
 
-/** What a study shows its participant: a text, a question, and where the glass is to go. */
+/** Shows the participant of a study a text, a question, and the goal of the glass. */
 export class StudyPanel {
   readonly #panel = document.createElement('section');
   readonly #goals = new THREE.Group();

@@ -1,16 +1,16 @@
-/** s after another profile led, in which the arm and the liquid still move as that one left them. */
+/** s after a change of the profile in which the arm and the liquid still move from the profile before. */
 export const SETTLING = 1;
 
-/** Whose motion the liquid swings by. */
+/** The profile whose motion causes the swing of the liquid. */
 export class Swing {
   #led = -1;
   #before = -1;
   #since = -Infinity;
 
   /**
-   * A profile that keeps the liquid in answers for nothing that it took over swinging.
-   * @param now s @param profile the index of the one that leads @param keeps it keeps the liquid in
-   * @returns the index of the one that what goes over the rim now comes of
+   * A profile that keeps the liquid in is not responsible for a swing that it took over.
+   * @param now s @param profile the index of the engaged one @param keeps it keeps the liquid in
+   * @returns the index of the one that causes a spill now
    */
   of(now: number, profile: number, keeps: boolean): number {
     if (now < this.#since) this.#since = -Infinity; // another session

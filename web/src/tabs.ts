@@ -3,7 +3,7 @@ import { element } from './element';
 export const TABS = ['drive', 'recordings', 'scene'] as const;
 export type Tab = (typeof TABS)[number];
 
-/** The tab that a key leads to from this one; null: the key leads nowhere. */
+/** The tab that a key selects from this one; null: none. */
 export function tabByKey(from: Tab, key: string): Tab | null {
   const at = TABS.indexOf(from), count = TABS.length;
   switch (key) {

@@ -19,16 +19,16 @@ export function positionOf({ min, max, logarithmic }: Range, weight: number): nu
   return Math.min(STEPS, Math.max(logarithmic && weight > 0 ? 1 : 0, Math.round(share)));
 }
 
-/** For people, with the figures of the report. */
+/** As text, with as many digits as in the report. */
 export const weightText = (weight: number): string => String(Number(weight.toPrecision(3)));
 
-/** Share by which a weight is another one: what the server tells is rounded. */
+/** Relative difference above which two weights differ: the server sends rounded values. */
 const OTHER = 1e-3;
 
-/** Whether somebody changed a profile's weights. */
+/** Whether a profile's weights differ from its defaults. */
 export const areChanged = (own: readonly number[], now: readonly number[]): boolean => own.some((weight, i) => Math.abs(weight - (now[i] ?? weight)) > OTHER * Math.max(weight, now[i] ?? weight));
 
-/** What a slider of a weight is called, and what its ends do. */
+/** Label of a weight's slider, and the effects of its ends. */
 export interface Words { label: string; low: string; high: string }
 
 const PLAIN: Readonly<Record<string, Words>> = {
@@ -39,11 +39,11 @@ const PLAIN: Readonly<Record<string, Words>> = {
 /** Terms that the page does not know keep their label. */
 export const plain = (term: Term): Words => PLAIN[term.name] ?? { label: term.label, low: '0: does not count', high: 'counts more' };
 
-/** What a weight is, for who hears it: without a unit that nobody says aloud. */
+/** Text of a weight for a screen reader: without a unit that cannot be read aloud. */
 export function spokenWeight(range: Range, weight: number, { low, high }: Words): string {
   const share = positionOf(range, weight) / STEPS;
   return `${weightText(weight)}, ${share === 0 ? low.replace(/^0: /, '') : `${Math.round(100 * share)} % of the way to: ${high}`}`;
 }
 
-/** "s^3/m^2" as people write it. */
+/** "s^3/m^2" with superscripts. */
 export const unitText = (unit: string): string => unit.replace(/\^(-?\d)/g, (_, digits: string) => [...digits].map((c) => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]!).join(''));
