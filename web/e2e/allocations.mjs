@@ -1,4 +1,4 @@
-// Which functions of the page allocate how much: V8's sampling profiler, and source maps to know whose they are.
+// Measures how much each function of the page allocates: V8's sampling profiler, with source maps to find the file.
 import { execFileSync } from 'node:child_process';
 import { readdirSync, readFileSync } from 'node:fs';
 import { SourceMap } from 'node:module';
@@ -25,21 +25,24 @@ function fileOf({ url, lineNumber, columnNumber }, sources) {
 
 const OWN = 'own drawing', THREE = 'three.js', MESSAGES = 'messages (parsing, plots)', REST = 'browser and measurement';
 
-/** Whose an allocation is; `inherited`: whose its caller's is. */
+/** The part of the page that an allocation counts for; `inherited`: its caller's part. */
 function shareOf(file, name, inherited) {
   if (inherited === MESSAGES || file.startsWith('src/plots/') || (file.endsWith('src/connection.ts') && name.endsWith('onmessage'))) return MESSAGES;
   // An object of three.js that our own code makes is our own.
   if (file.includes('node_modules/three')) return inherited === OWN && /^([A-Z]\w*|clone)$/.test(name) ? OWN : THREE;
   if (file.includes('node_modules/uplot')) return MESSAGES;
   if (file.startsWith('src/')) return OWN;
-  return inherited; // of a built-in function: the caller's
+  return inherited; // a built-in function counts as its caller
 }
 
-/** Bytes a picture that drawing the scene leaves, of what `allocations` returns: what comes once a second or with a message is not in it. */
+/**
+ * Bytes per frame that drawing the scene allocates, from the result of `allocations`: without work per second or per
+ * message.
+ */
 export const ofTheScene = ({ frames, shares }) => shares.find(([share]) => share === OWN)[1].functions
   .reduce((sum, [name, size]) => (/ src\/scene\/|node_modules\/three/.test(name) ? sum + size / frames : sum), 0);
 
-/** Bytes a picture that the function of the scene leaves which leaves most. */
+/** Bytes per frame of the function of the scene that allocates most. */
 export const mostOfTheScene = ({ frames, shares }) => Math.max(0, ...shares.find(([share]) => share === OWN)[1].functions
   .map(([name, size]) => (/ src\/scene\/|node_modules\/three/.test(name) ? size / frames : 0)));
 

@@ -1,4 +1,5 @@
-// What axe-core, the checker that browsers' own audits use, finds wrong for people who cannot see, point or tell colours apart.
+// Runs axe-core, the accessibility checker of browsers' own audits: for users who cannot see, point or distinguish
+// colours.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';

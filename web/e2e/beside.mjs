@@ -1,5 +1,5 @@
-// What a page that draws in software leaves to the program beside it, as a table: `node web/e2e/beside.mjs [SECONDS]`. The demo motion
-// leads, then the arm stands.
+// Prints a table of the processor time that a page with software rendering leaves to the program on the same machine:
+// `node web/e2e/beside.mjs [SECONDS]`. First the demo motion controls the arm, then the arm is stationary.
 import { readdirSync, readFileSync } from 'node:fs';
 import { finish, newestAddress, start, startProgram, state, until, browser } from './harness.mjs';
 

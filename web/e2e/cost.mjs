@@ -1,5 +1,5 @@
-// What the page costs, as a table: `node web/e2e/cost.mjs`. What a picture costs is measured of triangles without pixels, because
-// this is about the page's work in the processor: how fast pixels fill is the graphics card's affair, told by triangles and calls.
+// Prints a table of the page's processor time: `node web/e2e/cost.mjs`. Frames are measured with triangles but without
+// pixels: filling pixels is the graphics card's work, for which the table has the numbers of triangles and calls.
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -12,10 +12,10 @@ const percentile = (values, share) => [...values].sort((a, b) => a - b)[Math.flo
 const medianAndTail = (times) => `${(1000 * percentile(times, 0.5)).toFixed(1)}, ${(1000 * percentile(times, 0.99)).toFixed(1)} ms`;
 const print = (what, value) => console.log(`${what.padEnd(64)} ${value}`);
 
-/** s of the page's clock at which an arm with all its meshes has begun to move. */
+/** s of the page's clock at which an arm with all its meshes starts to move. */
 const aliveAt = (page) => until(() => page.evaluate(() => globalThis.aliveAt), 'the arm to move');
 
-/** In the page, for so long: s between pictures, and from each state's coming to the picture that shows it. */
+/** In the page, for so long: s between frames, and from the arrival of each state to the frame that shows it. */
 const watchPictures = (page) => page.evaluate((seconds) => new Promise((done) => {
   const { session } = globalThis.steadyhand, take = session.take.bind(session), gaps = [], ages = [], came = [];
   session.take = (message, now) => {
@@ -34,7 +34,7 @@ const watchPictures = (page) => page.evaluate((seconds) => new Promise((done) =>
   });
 }), SECONDS);
 
-/** What a picture costs the page's thread, in its processor's time. */
+/** Processor time of the page's thread for a frame. */
 async function printPictures(page) {
   const tools = await page.context().newCDPSession(page);
   await tools.send('Performance.enable', { timeDomain: 'threadTicks' });
@@ -60,8 +60,9 @@ async function delaysOf(page, act) {
 }
 
 /**
- * Drags the target about for SECONDS, of which a busy machine may not have led the arm all the time. As a mouse does: at times that have
- * nothing to do with the page's pictures. Who waits for the page to have taken each event never meets it at work.
+ * Drags the target for SECONDS; on a busy machine the arm may not be engaged all the time. As with a mouse, events come
+ * at times that do not depend on the page's frames: if they waited for the page to take each event, they would never
+ * meet a busy page.
  */
 const dragDelays = (page) => delaysOf(page, async () => {
   const at = await pressTarget(page), moves = [];
@@ -73,7 +74,7 @@ const dragDelays = (page) => delaysOf(page, async () => {
   await page.mouse.up();
 });
 
-/** Taps a key, so that each press takes the arm in hand anew. */
+/** Taps a key, so that each press engages again. */
 const keyDelays = (page) => delaysOf(page, async () => {
   for (let i = 0; i < 20 * SECONDS; ++i) {
     await page.keyboard.press(i % 2 ? 'KeyE' : 'KeyQ', { delay: 25 });
@@ -81,7 +82,10 @@ const keyDelays = (page) => delaysOf(page, async () => {
   }
 });
 
-/** Who allocates, while a recording leads the arm and then a key, of a page whose functions have kept their names. */
+/**
+ * Prints which functions allocate while a recording, then a key, controls the arm. The build keeps the names of
+ * functions.
+ */
 async function printAllocations() {
   const folder = mkdtempSync(join(tmpdir(), 'steadyhand-page-'));
   try {

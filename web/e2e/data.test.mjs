@@ -1,4 +1,5 @@
-// From a hand to a data set (README.md): the mouse carries the glass onto its mark in an episode that is kept, and `dataset` makes a set of it.
+// From a hand to a data set (README.md): the mouse moves the glass onto its mark in an episode that is kept; `dataset`
+// converts it.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { existsSync, readFileSync } from 'node:fs';
@@ -33,9 +34,11 @@ const pixel = (of, place) => of.evaluate((at) => {
   return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
 }, place);
 
-/** Drags a handle until the tool is there, m; anew where perspective or a busy machine that lost the hand left it elsewhere. */
+/**
+ * Drags a handle until the tool is there, m; again if perspective, or a timeout on a busy machine, left it elsewhere.
+ */
 const dragTo = (of, handle, wanted, close) => until(async () => {
-  await ready(of); // with the lease, which a page that draws slowly may lose
+  await ready(of); // with control, which a page that draws slowly may lose
   const { tool, target } = await state(of);
   const there = (p) => p.map((x, i) => (handle.includes('XYZ'[i]) ? wanted[i] : x));
   if (distance(tool.p, there(tool.p)) < close) return true;
@@ -54,7 +57,7 @@ const dragTo = (of, handle, wanted, close) => until(async () => {
   return false;
 }, `the tool at ${wanted} by ${handle}`);
 
-/** In the headset what the cameras see stands above the board, and goes on. */
+/** In the headset the camera images are above the board, and continue. */
 async function seesCamerasInHeadset(page) {
   await page.click('#emulate');
   await page.waitForSelector('#enter-vr:not([hidden])');
@@ -68,7 +71,7 @@ async function seesCamerasInHeadset(page) {
   await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'VR to be left');
 }
 
-/** What the cameras see is drawn, and stops where nobody looks. */
+/** Camera images are drawn, and stop while they are hidden. */
 async function seesCameras(page) {
   const drawn = () => page.evaluate(() => globalThis.steadyhand.cameras.views.map((view) => view.drawn));
   const more = async (than, what) => until(async () => (await drawn()).every((count, i) => count > than[i] + 3), what);
@@ -97,14 +100,14 @@ async function seesCameras(page) {
 }
 
 test('an episode by mouse becomes a data set', CASE, async () => {
-  // A hand may be silent for as long as a page that is drawn in software on a busy machine is.
+  // Longer timeouts of the hand, for a page with software rendering on a busy machine.
   const patient = ['gate.gap_max=2', 'supervision.hold_after=2', 'supervision.disengage_after=4'].flatMap((each) => ['--set', each]);
   await startProgram('--arm', 'mujoco', '--task', 'carry', '--set', 'mujoco.seed=3', ...patient);
   const page = await open({ prepare: withoutPixels });
   await ready(page);
   await seesCameras(page);
   const mark = await until(() => page.evaluate(() => globalThis.steadyhand.session.welcome.cell.objects.find((each) => each.name === 'mark')?.origin.map((row) => row[3])), 'the mark');
-  // A key is for what the page has drawn by then.
+  // A key acts on the state that the page has drawn by then.
   const press = (key, done, what) => until(async () => (await done()) || (await page.keyboard.press(key), await page.waitForTimeout(500), false), what);
   await press('KeyB', async () => (await state(page)).episode.running, 'an episode');
   await dragTo(page, 'XY', mark, 0.01);

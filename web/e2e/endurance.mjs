@@ -1,6 +1,7 @@
-// `node web/e2e/endurance.mjs [--minutes N] [--pictures HZ]`: a site (STEADYHAND_SITE) that plays for so long in a Chromium with windows and tabs as
-// people have them, then in a tab that nobody sees, and frozen. JSON lines; ends with 1 where memory grows, the session's clock drifts
-// or an unseen arm moves. Takes Xvfb. --pictures: no more of them a second, so that drawing in software leaves the planner a processor.
+// `node web/e2e/endurance.mjs [--minutes N] [--pictures HZ]`: a site (STEADYHAND_SITE) plays for so long in a Chromium
+// with real windows and tabs, then in a hidden tab, then frozen. Prints JSON lines. Exits with 1 if memory grows, the
+// session's clock drifts or the arm moves in a hidden tab. Needs Xvfb. --pictures limits the frame rate: software
+// rendering must leave the planner a processor.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
@@ -19,8 +20,9 @@ const tell = (words) => console.log(JSON.stringify(words));
 const fastest = async (page) => Math.max(...(await state(page)).dq.map(Math.abs));
 
 /**
- * s: how far the session's clock, with what was left out of it, is ahead of its Worker's; of several looks the largest, as a busy Worker
- * is behind until its turn comes. And how late the page hears of it, which is no drift.
+ * s: how far the session's clock, with the time left out of it, is ahead of its Worker's clock: the largest of several
+ * samples, because a busy Worker is behind until its turn comes. And the delay until the page gets it, which is no
+ * drift.
  */
 async function clocks(page) {
   let best = null;
@@ -44,7 +46,7 @@ async function look(page) {
   return { ...(await clocks(page)), planner_bytes, page_bytes: usedSize, plans, refused, state: now };
 }
 
-/** For so many s a recorded hand leads; anew where a pause of a busy machine ended it. */
+/** A recorded hand controls the arm for so many s; starts again if a pause of a busy machine ended it. */
 async function led(page, seconds) {
   for (const end = Date.now() + 1000 * seconds; Date.now() < end; await page.waitForTimeout(2000)) {
     const { playback } = (await state(page)).controls;
@@ -55,7 +57,7 @@ async function led(page, seconds) {
 }
 
 async function play(page) {
-  await led(page, 20); // what is made once has been made
+  await led(page, 20); // until everything that is made only once exists
   const first = await look(page);
   tell(first);
   let last = first;
@@ -73,7 +75,7 @@ async function play(page) {
 
 const grip = (page) => ({ grip: () => page.keyboard.down('KeyE'), release: () => page.keyboard.up('KeyE') });
 
-/** Another tab comes to the front, or the browser freezes the page, while a hand leads. */
+/** Another tab comes to the front, or the browser freezes the page, while a hand controls the arm. */
 async function leave(page, other, how, hide, show) {
   await page.bringToFront();
   await ready(page);

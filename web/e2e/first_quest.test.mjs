@@ -1,4 +1,5 @@
-// docs/tutorials/quest.md, step by step: each bold beginning of its table is an act below, each word in quotation marks must be seen.
+// docs/tutorials/quest.md, step by step: each bold start of a row of its table is an action below; texts in quotation
+// marks must be shown.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -18,7 +19,7 @@ const tap = async (button) => {
   await press(button, 0);
   await frames(page);
 };
-/** Anew where the machine was so slow that the hand counted as silent. */
+/** Squeezes until the arm follows; again if the hand timed out on a slow machine. */
 const squeeze = () => until(async () => {
   await press('squeeze', 0);
   await frames(page);
@@ -30,7 +31,7 @@ const squeeze = () => until(async () => {
   }
   return false;
 }, 'the arm to follow');
-/** Where the machine was so slow that the hand fell silent, and the step that is looked at is one of a hand that leads. */
+/** Engages again if the hand timed out on a slow machine and this step needs an engaged hand. */
 const gripAgain = async (bold) => {
   if (['Squeeze the grip', 'raise the hand'].includes(bold.at(-1)) && (await state(watcher)).state !== 'engaged') await squeeze();
 };
@@ -120,7 +121,7 @@ const ACTS = {
     await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'the page');
   },
 };
-/** What is to be seen now: the terminal, the page, and in VR the board. */
+/** All text that is visible now: of the terminal, the page, and in VR the board. */
 const sight = async () => [terminal(), await page?.evaluate(() => `${document.body.innerText}\n${globalThis.steadyhand.headset.session ? globalThis.steadyhand.headset.board.text : ''}`)].join('\n').toLowerCase();
 
 after(finish);

@@ -12,31 +12,34 @@ export const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirn
 export const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
 const ARTEFACTS = join(ROOT, 'build/artefacts');
 export const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-/** A stock Firefox is led by WebDriver BiDi: without a phone's touches, without another colour scheme, without a wire to listen to. */
+/**
+ * WebDriver BiDi controls a stock Firefox. It has no touch input, no other colour scheme and no access to the network
+ * traffic.
+ */
 export const FIREFOX = basename(BROWSER ?? '').startsWith('firefox');
-/** Of a Chromium without a graphics card, as people have it: SwiftShader draws the scene, and nothing else. */
+/** For a normal Chromium without a graphics card: SwiftShader draws the scene, and nothing else. */
 export const FLAGS = ['--no-sandbox', '--enable-unsafe-swiftshader'];
 export const picture = (name) => join(ARTEFACTS, `page_${FIREFOX ? 'firefox_' : ''}${name}.png`);
 export const PATIENCE = Number(process.env.STEADYHAND_PATIENCE ?? 180_000); // ms; far above what anything takes, so that a test ends
 
-/** A folder of `./steadyhand site`, whose page is tried in the program's place: what it leads is in a Worker. */
+/** A folder of `./steadyhand site`: tests its page instead of the program's. Its session is in a Worker. */
 export const SITE = process.env.STEADYHAND_SITE;
-/** For tests of what only a program has: other clients, a wire, recordings. */
+/** For tests that need a program: other clients, a network connection, recordings. */
 export const NEEDS_PROGRAM = SITE ? { skip: 'needs a program behind the page' } : {};
 export let browser, address, sessions;
 let program, newest, output, screen;
 
 /** The newest address with its code, from the terminal. */
 export const newestAddress = () => (SITE ? address : [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1]);
-/** All that the program said. */
+/** All output of the program. */
 export const terminal = () => output;
 export const plainAddress = () => address.replace(/#.*/, '');
-/** What the page knew at last, for whoever reads that a test failed. */
+/** The page's last known state, for the message of a failed test. */
 const news = async () => (newest ? newest.evaluate(() => {
   const { session, hand } = globalThis.steadyhand;
   return `${session.state?.state}: ${session.state?.reason}; lease ${session.yours}, hand ${hand.source} ${hand.clutch}`;
 }).catch(String) : 'no page');
-/** Asks until there is an answer, and returns it. */
+/** Repeats `condition` until its result is true, and returns that. */
 export async function until(condition, what) {
   const end = Date.now() + PATIENCE;
   for (;;) {
@@ -47,16 +50,16 @@ export async function until(condition, what) {
   }
 }
 
-/** A program with a simulated arm at home, on a port of its own; instead of the one before. */
+/** Replaces the running program by a new one with a simulated arm at home, on a free port. */
 export async function startProgram(...more) {
   await stopProgram();
   newest = null;
   output = '';
-  if (SITE) { // an ordinary file server; each page has a session of its own
+  if (SITE) { // an ordinary file server; each page has its own session
     program = spawn('python3', ['-u', '-m', 'http.server', '0', '--bind', '127.0.0.1', '--directory', dirname(SITE)], { stdio: ['ignore', 'pipe', 'ignore'] });
     program.stdout.on('data', (data) => { output += data; });
     const root = await until(() => output.match(/\((http:\S+)\)/)?.[1], 'the file server');
-    address = new URL(`${basename(SITE)}/`, root).href; // of a folder below: all addresses are relative
+    address = new URL(`${basename(SITE)}/`, root).href; // in a subfolder, because all addresses must be relative
     return;
   }
   // Another page than the one in the program, while one works on it.
@@ -72,7 +75,7 @@ export async function stopProgram() {
   if (program?.exitCode === null) await new Promise((done) => program.once('close', done));
 }
 
-/** Firefox draws WebGL only where it has a screen: one of its own, in memory. */
+/** Firefox draws WebGL only with a screen: Xvfb gives it one in memory. */
 async function startFirefox() {
   screen = spawn('Xvfb', ['-displayfd', '1', '-screen', '0', '1280x900x24', '-nolisten', 'tcp'], { stdio: ['ignore', 'pipe', 'ignore'] });
   const [number] = await once(screen.stdout, 'data', { signal: AbortSignal.timeout(PATIENCE) });
@@ -99,7 +102,7 @@ export async function finish() {
   if (sessions) rmSync(sessions, { recursive: true, force: true, maxRetries: 5 }); // a browser may still tidy up
 }
 
-/** What goes wrong in a page, from now on. */
+/** Collects the errors of a page from now on. */
 export function complaintsOf(of) {
   const complaints = [];
   of.on('pageerror', (error) => complaints.push(String(error)));
@@ -107,13 +110,13 @@ export function complaintsOf(of) {
   return complaints;
 }
 
-/** In the page: errors that nobody caught are said, too, where BiDi says nothing of them. */
+/** In the page: prints uncaught errors, which BiDi does not report. */
 function sayErrors() {
   addEventListener('error', ({ message }) => console.error(message));
   addEventListener('unhandledrejection', ({ reason }) => console.error(String(reason)));
 }
 
-/** Opens the tab and the fold that hold something, as whoever wants it does. */
+/** Opens the tab and the fold that contain an element, as an operator would. */
 export async function reveal(of, selector) {
   await (await of.$(selector))?.evaluate((wanted) => {
     const panel = wanted.closest('[role=tabpanel]'), fold = wanted.closest('details');
@@ -122,7 +125,7 @@ export async function reveal(of, selector) {
   });
 }
 
-/** What a test presses, fills or chooses it sees first. */
+/** Reveals each element before a test presses, fills or chooses it. */
 function revealing(of) {
   for (const name of ['click', 'tap', 'focus', 'fill', 'selectOption', 'check']) {
     const act = of[name].bind(of);
@@ -133,7 +136,10 @@ function revealing(of) {
   }
 }
 
-/** The page, paired by the newest code, or watching; with its arm, and drawing nothing until it is asked to; `drawn`: as people have it. */
+/**
+ * The page, paired by the newest code, or watching; with its arm. Draws nothing until a test requests it; `drawn`:
+ * draws normally.
+ */
 export async function open(options = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
   if (FIREFOX) await context.addInitScript(sayErrors);
@@ -149,7 +155,7 @@ export async function open(options = {}) {
   const to = options.watch ? plainAddress() : newestAddress();
   await opened.goto(options.cable?.to(to) ?? to, { waitUntil: 'commit', timeout: PATIENCE });
   await until(async () => (await options.alive?.(opened), opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7)), 'the page');
-  // Drawn without a graphics card, a picture takes so long that the hand would fall silent.
+  // Without a graphics card a frame takes so long that the hand would time out.
   if (!options.drawn) await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   return opened;
 }
@@ -163,7 +169,7 @@ export const withoutPixels = (context) => context.addInitScript(() => {
       draw.apply(this, words);
     };
   }
-  drawing.clear = () => {}; // an emulated headset wipes its canvas for every picture, and the whole window would be drawn anew
+  drawing.clear = () => {}; // an emulated headset clears its canvas for every frame, which would redraw the whole window
 });
 export const state = (of) => of.evaluate(() => globalThis.steadyhand.session.state);
 /** The weight of a term by its name. */
@@ -173,13 +179,15 @@ export const weight = (of, name) => of.evaluate((wanted) => {
 }, name);
 export const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
 export const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.connection.send(words), message);
-/** Ticks the box until the session records, or does not: what a busy page shows meanwhile may be the state from before. */
+/** Ticks the box until the session records, or does not: a busy page may show the previous state meanwhile. */
 export const record = (of, wanted) => until(async () => (await state(of)).recording === wanted ||
   ((await of.isChecked('#record')) !== wanted && (await of.click('#record')), false), wanted ? 'a recording to begin' : 'the recording to end');
 export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 export const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
 
-/** Of the page as people see it: drawn, the first times while shaders are made and the news grows old, and then given time to hear what happened. */
+/**
+ * A screenshot of the page fully drawn. First frames compile shaders, so states become old; then waits for new states.
+ */
 export async function shot(of, name) {
   const frames = await of.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
   await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 5, frames), 'pictures');
@@ -188,7 +196,10 @@ export async function shot(of, name) {
   await of.screenshot({ path: picture(name), timeout: PATIENCE });
 }
 
-/** A cable to the program of the time that can be pulled, or swallow what goes through: addresses at its far end, and what does that to the connections that it has. */
+/**
+ * A proxy to the current program: `to` makes an address go through it, `cut` ends its connections, `swallow` drops
+ * their data.
+ */
 export async function cable() {
   const ends = new Set();
   const { hostname, port } = new URL(address);
@@ -210,14 +221,17 @@ export async function cable() {
   };
 }
 
-/** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */
+/**
+ * A client that draws nothing, for the state that the server sends to another client. Has the functions for facts of
+ * the page.
+ */
 export async function watch() {
   // The page alone knows its session.
   if (SITE) return { evaluate: (...all) => newest.evaluate(...all), waitForTimeout: (ms) => newest.waitForTimeout(ms), context: () => ({ close: () => {} }) };
   const context = await browser.newContext();
   const client = await context.newPage();
   client.setDefaultTimeout(PATIENCE);
-  await client.goto(new URL('/nothing', address).href); // of the same origin, and empty
+  await client.goto(new URL('/nothing', address).href); // an empty page of the same origin
   await client.evaluate(() => {
     const session = { welcome: null, state: null, yours: false, paired: false, holder: 0, errors: [] };
     const socket = new WebSocket(`ws://${location.host}/live`);
@@ -235,7 +249,7 @@ export async function watch() {
   return client;
 }
 
-/** Four pictures of the page; not for ever where none are drawn. */
+/** Waits for four frames of the page, with a time limit in case none are drawn. */
 export const frames = (of) => of.evaluate(() => new Promise((done) => {
   setTimeout(done, 10_000);
   let n = 0;
@@ -243,7 +257,7 @@ export const frames = (of) => of.evaluate(() => new Promise((done) => {
   requestAnimationFrame(each);
 }));
 
-/** Until the arm rests: its joints hardly move, and not only because they turn back. */
+/** Waits until the arm is stationary: its joints hardly move, and not only because they reverse. */
 export const rest = (of) => until(async () => {
   const still = async () => Math.max(...(await state(of)).dq.map(Math.abs)) < 0.005;
   if (!(await still())) return false;
@@ -251,7 +265,10 @@ export const rest = (of) => until(async () => {
   return still();
 }, 'rest');
 
-/** The lease, which drawing a picture may have cost (3 s without a word), no recording that plays, and an arm that waits. */
+/**
+ * Makes the page ready: with control (a slow frame may have lost it: 3 s without a message), no recording playing, arm
+ * stationary.
+ */
 export async function ready(of) {
   await until(async () => (await facts(of)).paired, 'the page to be paired');
   await until(async () => (await facts(of)).yours || (await say(of, { type: 'take' }), false), 'the lease');
@@ -280,7 +297,7 @@ export async function pressTarget(of) {
 }
 
 /**
- * Takes the arm in hand until that has done its work; anew where the machine was so slow that the hand counted as silent.
+ * Engages the arm until `done` is true; engages again if the hand timed out on a slow machine.
  * @param {{grip(): Promise<unknown>, release(): Promise<unknown>}} hand
  * @param {() => Promise<boolean>} done
  */

@@ -1,5 +1,5 @@
-// The emulated headset (iwer) against the real program: what is asserted is what the arm did, as the server tells another client.
-// One program, one page and, but where a test says otherwise, one VR session for all.
+// The emulated headset (iwer) against the real program: asserts the motion of the arm, as the server sends it to
+// another client. One program, one page and, unless a test says otherwise, one VR session for all.
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, test } from 'node:test';
 import {
@@ -67,7 +67,7 @@ async function leave() {
 const asksForForward = async () => { await page.waitForTimeout(250); return (await board()).includes('press A'); };
 async function setForward() {
   await boardSays('press A');
-  // A press before the first picture of a session counts for nothing.
+  // A press before the first frame of a session has no effect.
   await until(async () => !(await board()).includes('press A') || (await tap('right', 'a-button'), false), 'forward to be set');
 }
 const stopped = () => inState(watcher, 'stopping');
@@ -77,7 +77,7 @@ async function reset() {
   await tap('right', 'thumbstick');
   await inState(watcher, 'ready');
 }
-/** Squeezes until the arm follows; anew where the machine was so slow that the hand counted as silent. */
+/** Squeezes until the arm follows; again if the hand timed out on a slow machine. */
 const squeeze = (side) => until(async () => {
   await press(side, 'squeeze', 0);
   await frames();
@@ -89,7 +89,7 @@ const squeeze = (side) => until(async () => {
   }
   return false;
 }, `the ${side} controller to lead the arm`);
-/** Nobody leads the arm, and it stays where it is for so many ms. */
+/** The arm is not engaged, and stays where it is for so many ms. */
 async function staysPut(ms, why) {
   const { tool } = await state(watcher);
   await page.waitForTimeout(ms);
@@ -127,7 +127,7 @@ test('leads, feels limits, loses the hand, scales, looks forward, also in the re
       }
     }, 10);
   });
-  await say(page, { type: 'request', kind: 'scale', value: 2 }); // so that the little that a slow machine sees of the motion is enough
+  await say(page, { type: 'request', kind: 'scale', value: 2 }); // a slow machine sees little of the motion: twice the scale makes it enough
   await until(async () => (await state(page)).controls.scale === 2, 'the scale');
   const begin = await state(watcher);
   await press('right', 'trigger'); // before a grip it means nothing
@@ -144,7 +144,7 @@ test('leads, feels limits, loses the hand, scales, looks forward, also in the re
     await connect('right', false);
     await until(async () => (await state(watcher)).state !== 'engaged', 'the arm to disengage');
     const held = await state(watcher);
-    if (held.state !== 'holding') return false; // the hand fell silent just before
+    if (held.state !== 'holding') return false; // the hand has just timed out
     assert.notEqual(held.reason, '');
     return true;
   }, 'the arm to hold for a lost hand');
@@ -214,7 +214,7 @@ test('asks for a floor and for layers, for no hands; 72 pictures a second; no sh
   const { calls, triangles } = await work();
   assert.equal(await shadows(), false, 'a better picture on the page brings none either');
   console.log(`a stereo picture: ${calls} calls, ${triangles} triangles`);
-  assert.ok(calls < 200 && calls > 20, `${calls} calls for both eyes`); // fewer where the tests before left the arm beside the picture
+  assert.ok(calls < 200 && calls > 20, `${calls} calls for both eyes`); // fewer if the tests before left the arm outside the view
   assert.ok(triangles < 400_000, `${triangles} triangles`);
   await leave();
   await page.evaluate(() => globalThis.steadyhand.stage.setQuality(0));
@@ -257,7 +257,7 @@ test('a controller that is lost in the grip holds the arm, and leads on where it
 });
 
 test('a second squeeze steals nothing, and gets nothing when the first lets go', async () => {
-  let way = 0.1; // up and down in turn: where a slow machine needs many goes, the arm stays within its reach
+  let way = 0.1; // up and down in turn: if a slow machine needs many attempts, the arm stays within its reach
   await until(async () => {
     way = -way;
     await press('left', 'squeeze', 0);
@@ -271,7 +271,7 @@ test('a second squeeze steals nothing, and gets nothing when the first lets go',
     const after = await state(watcher);
     await raise('right', way);
     const end = await state(watcher);
-    if (![begin, after, end].every((seen) => seen.state === 'engaged')) return false; // the hand fell silent between
+    if (![begin, after, end].every((seen) => seen.state === 'engaged')) return false; // the hand timed out meanwhile
     assert.ok(distance(after.target.p, begin.target.p) < 0.01, 'the left hand leads nothing');
     return Math.sign(way) * (end.target.p[2] - begin.target.p[2]) > 0.02;
   }, 'the right hand to lead the arm, and the left one not');
@@ -341,13 +341,14 @@ test('the board has a menu: a ray or the stick chooses, the trigger or the stick
 });
 
 test('recentring lets go, and asks for forward anew', async () => {
-  // An arm that was left at the end of its reach goes on a little when it is led again: from rest on, only the new origin could move it.
+  // An arm at the end of its reach moves a little when it is engaged again. Once it has stopped, only the new origin
+  // could move it.
   const begin = await until(async () => {
     await rest(watcher);
     await squeeze('right');
     await rest(watcher);
     const now = await state(watcher);
-    return now.state === 'engaged' && now; // or the hand fell silent
+    return now.state === 'engaged' && now; // or the hand timed out
   }, 'an arm that is led and rests');
   await page.evaluate(() => globalThis.emulatedHeadset.recenter());
   await inState(watcher, 'ready');
@@ -433,7 +434,7 @@ test('a pose that the headset guesses holds the arm', async () => {
     await guess(true);
     for (let i = 0; i < 40; ++i) {
       const now = await state(watcher);
-      if (now.state === 'ready') return false; // the hand fell silent just before
+      if (now.state === 'ready') return false; // the hand has just timed out
       if (now.state === 'holding' && /guesses/.test(now.reason)) return true;
       await page.waitForTimeout(25);
     }
@@ -446,7 +447,7 @@ test('a pose that the headset guesses holds the arm', async () => {
 
 test('hands that the headset sees lead nothing', async () => {
   await leave();
-  await page.evaluate(() => { // a browser that tells of hands though nobody asked
+  await page.evaluate(() => { // a browser that sends hands without a request
     const { xr } = navigator, request = Object.getPrototypeOf(xr).requestSession.bind(xr);
     xr.requestSession = (mode, options) => request(mode, { ...options, optionalFeatures: [...options.optionalFeatures, 'hand-tracking'] });
   });

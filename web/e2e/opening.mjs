@@ -1,5 +1,6 @@
-// `node opening.mjs [--times N]`: how long it takes from opening the site (its folder in STEADYHAND_SITE) to a moving arm, again and
-// again, each in a browser context of its own. A line of JSON for each: s since the opening at which each thing was there.
+// `node opening.mjs [--times N]`: measures N times how long it takes from opening the site (its folder in
+// STEADYHAND_SITE) to a moving arm, each time in a new browser context. Prints a line of JSON for each: s since the
+// opening at which each part was there.
 import { parseArgs } from 'node:util';
 import { loadavg } from 'node:os';
 import { closePages, distance, finish, open, start, startProgram, state, until, withoutPixels } from './harness.mjs';

@@ -1,5 +1,5 @@
-// The page in a real browser against the real program with its simulated arm: `node --test web/e2e`. What is asserted is the
-// arm's measured state as the server tells it to another client. Screenshots are left in build/artefacts to look at.
+// The page in a real browser against the real program with its simulated arm: `node --test web/e2e`. The tests assert
+// the arm's measured state, as the server sends it to another client. Screenshots are in build/artefacts.
 import assert from 'node:assert/strict';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -15,12 +15,13 @@ import {
 let page;
 const key = (code) => ({ grip: () => page.keyboard.down(code), release: () => page.keyboard.up(code) });
 /**
- * Bytes a picture that drawing the scene may leave, and one function of it: numbers that are boxed between functions, some 260, at most 110 by one.
- * The smallest object for each of the plan's points, {p}, makes that function's 170 to 270, a list of three numbers 400 to 870,
- * but only while a plan leads, which these samples do not wait for: one object for each point may go by unseen.
+ * Most bytes per frame that drawing the scene, and one function of it, may allocate. Numbers that are boxed between
+ * functions take about 260, at most 110 in one function. The smallest object for each point of the plan, {p}, takes 170
+ * to 270 in its function, a list of three numbers 400 to 870; but only during a plan, for which these samples do not
+ * wait: one object per point may go unnoticed.
  */
 const BOXED = 400, BOXED_BY_ONE = 140;
-/** For tests that need a silent wire, a colour scheme or a finger that is not there, or V8's profiler. */
+/** For tests that need a blocked connection, a colour scheme, touch input, or V8's profiler. */
 const IN_CHROMIUM = { skip: FIREFOX && 'only Chromium lends itself to that' };
 before(start);
 beforeEach(() => startProgram()); // wherever another test left the arm, it might hardly go further
@@ -45,7 +46,7 @@ test('opens to an arm that moves, and asks nobody but its own server', async () 
 
 test('without a server it says so', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, colorScheme: 'dark', reducedMotion: 'reduce' });
-  await context.routeWebSocket('**/live', () => {}); // opens, and never says a word
+  await context.routeWebSocket('**/live', () => {}); // opens, and never sends anything
   const lonely = await context.newPage();
   lonely.setDefaultTimeout(PATIENCE);
   await lonely.goto(plainAddress(), { waitUntil: 'commit', timeout: PATIENCE });
@@ -104,7 +105,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   await page.selectOption('#playback', 'carrying');
   const spills = () => until(async () => {
     const { liquid, controls } = await state(page);
-    if (!liquid.spilled && controls.playback === -1) { // a busy machine let the page fall silent, which ends the recording
+    if (!liquid.spilled && controls.playback === -1) { // on a busy machine the page timed out, which ends the recording
       await ready(page);
       await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
     }
@@ -127,7 +128,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   await page.keyboard.press('Space');
   await inState(page, 'stopping');
   await rest(page);
-  await until(async () => { // a busy machine may cost the lease once more
+  await until(async () => { // a busy machine may lose control once more
     await say(page, { type: 'take' });
     await page.evaluate(() => document.querySelector('#reset:not(:disabled)')?.click());
     return (await state(page)).state !== 'stopping';
@@ -181,7 +182,7 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
     await until(async () => (await watcher.evaluate(() => globalThis.steadyhand.session.errors)).includes('no_lease'), 'the refusal');
   }
   assert.equal((await state(page)).state, 'ready');
-  // A drag that is over before the grip follows all of its motion: the glass comes to where the pointer is.
+  // The arm follows all motion of a drag that ends before the grip starts: the glass moves to the pointer.
   const glass = () => page.evaluate(() => {
     const { stage } = globalThis.steadyhand, { camera } = stage.view, { left, top, width, height } = document.querySelector('#scene').getBoundingClientRect();
     const at = stage.arm.tool.getWorldPosition(camera.position.clone()).project(camera);
@@ -338,7 +339,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await findsNothing(report, 'the report');
   assert.deepEqual(complaints, []);
   await report.close();
-  // Slow machines: what was pressed says so, and a second press asks nobody.
+  // On a slow machine the pressed button shows that it works, and a second press sends no second request.
   let asked = 0;
   await page.route('**/motion', async (route) => { ++asked; await new Promise((done) => setTimeout(done, 600)); await route.continue(); });
   await page.click('#recordings .row button');
@@ -392,7 +393,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await page.keyboard.press('p');
   await until(() => page.evaluate(() => globalThis.steadyhand.recordings.player.playing), 'its play');
   await page.keyboard.press('p');
-  // What is looked at closely stays under the pointer, and goes along with the time.
+  // Zoom keeps the time under the pointer in place, and the zoomed part follows the time.
   await (await page.$('#track')).scrollIntoViewIfNeeded();
   const [x, y] = await page.$eval('#track', (track) => { const box = track.getBoundingClientRect(); return [box.left + 0.9 * box.width, box.top + box.height / 2]; });
   const told = async () => Number(/^0:(\d\d\.\d)/.exec(await page.textContent('#track .tip'))[1]);
@@ -456,7 +457,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await ready(page);
   const listed = () => page.$$eval('#recordings li:not(.note)', (entries) => entries.map((entry) => entry.textContent));
   const count = () => page.evaluate(async () => (await (await fetch('./sessions')).json()).sessions.length);
-  const before = await count(); // also what programs of tests before have left
+  const before = await count(); // also recordings of the programs of earlier tests
   await record(page, true);
   const row = () => page.textContent('#recordings li:first-child p span');
   const written = await until(async () => /being recorded · 0:\d\d/.exec(await row())?.[0], 'its row');
@@ -465,7 +466,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await record(page, false);
   await until(async () => (await count()) === before + 1 && !(await row()).includes('being recorded'), 'both in the list');
 
-  // What Find hides is told.
+  // The page shows how many recordings Find hides.
   const find = (words) => page.evaluate((wanted) => {
     const box = document.querySelector('#recordings-find');
     box.value = wanted;
@@ -476,7 +477,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await page.click('#recordings .note button');
   await until(async () => (await listed()).length > 1, 'all of them');
 
-  // One beside the other; and what people may do with them.
+  // Compares two recordings, then tries the actions of the list.
   await page.click('#recordings li:nth-child(2) .row button');
   await until(() => page.isVisible('#past'), 'the first one');
   await page.click('#recordings li:first-child button:has-text("Compare")');
@@ -626,7 +627,7 @@ test('a page that comes back draws what stands around the arm by now', NEEDS_PRO
   const ball = { shape: 'sphere', radius: 0.05, p: [1.5, 0, 0.5], q: [0, 0, 0, 1] };
   const tell = (object) => say(operator, { type: 'request', kind: 'object', text: 'ball', object });
   await until(async () => (await drawn()) || (await ready(operator), await tell(ball), false), 'the ball');
-  wire.swallow(); // it hears nothing of what happens now
+  wire.swallow(); // it gets no current states
   await ready(operator);
   await tell(null);
   await until(() => operator.evaluate(() => !globalThis.steadyhand.session.welcome.cell.objects.some(({ name }) => name === 'ball')), 'the ball to go');
@@ -709,12 +710,12 @@ test('fits a phone, where a watcher sees controls that it cannot use', async () 
   const phone = await open({ watch: true, context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true } });
   await phone.waitForTimeout(500);
   await shot(phone, 'phone');
-  if (!SITE) { // where nobody only watches
+  if (!SITE) { // on the site no page is watch-only
     assert.ok(await phone.isDisabled('#weight-lateral'));
     assert.match(await phone.textContent('#why-disabled'), /enter the code/);
     assert.ok(await phone.isVisible('#pairing'));
     assert.match(await phone.textContent('#recordings'), /Enter the code/);
-    assert.deepEqual(phone.complaints, []); // it does not ask for what it may not see
+    assert.deepEqual(phone.complaints, []); // it requests nothing that it may not see
   }
   assert.deepEqual(await phone.evaluate(() => [document.documentElement.scrollWidth, innerWidth, visualViewport.scale]), [360, 360, 1], 'nothing is wider, or the phone would step back');
   const unlabelled = await phone.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);
@@ -802,7 +803,8 @@ test('a short gap without news leaves the focus; what greyed out in a long one g
   await page.focus('#scale');
   const focus = () => page.evaluate(() => document.activeElement.id);
   const deaf = (wanted) => page.evaluate((silent) => { globalThis.steadyhand.session.take = silent ? () => {} : globalThis.steadyhand.session.constructor.prototype.take; }, wanted);
-  // Looked at in the page: a question from here may come after the 2.5 s for which news is old and not yet gone.
+  // Runs in the page: a request from here may arrive after the 2.5 s in which the state is old but the connection is
+  // not given up.
   const whenStale = page.evaluate((patience) => new Promise((done) => {
     setTimeout(done, patience, 'never old');
     new MutationObserver((_, watch) => {

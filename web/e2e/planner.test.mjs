@@ -1,4 +1,4 @@
-// The planner of a site (./steadyhand site, its folder in STEADYHAND_SITE) in Node, by a clock that is ours.
+// The planner of a site (./steadyhand site, its folder in STEADYHAND_SITE) in Node, with a simulated clock.
 import assert from 'node:assert/strict';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -20,7 +20,10 @@ after(() => {
   rmSync(folder, { recursive: true });
 });
 
-/** What a session tells at last that plays its first hand for so many seconds. @param rate planning steps a second */
+/**
+ * The last state of a session that plays its first recorded hand for so many seconds.
+ * @param rate planning steps a second
+ */
 async function played(seconds, rate) {
   let state = '';
   const module = await Module.load(readFileSync(join(SITE, 'steadyhand.wasm')), {

@@ -1,8 +1,9 @@
-// `node web/e2e/plans.mjs [--problems N] [--play SECONDS]`: what WebAssembly plans beside what this machine's own code plans, and how
-// long it takes. JSON lines: of each profile and place (node, the browser of STEADYHAND_BROWSER, native) the plans a second, in all and
-// in the block that was disturbed least, p50 and p99 (us; browsers tell times to 0.1 or 1 ms), how many times the native code's time
-// (median over blocks), and the largest difference (rad, rad/s) to native plans; with --play the same of a session's commands.
-//   STEADYHAND_CLOSED_LOOP   tests/tools/closed_loop.cpp as a program; with as many lanes (2), if results are to be compared
+// `node web/e2e/plans.mjs [--problems N] [--play SECONDS]`: compares the plans of WebAssembly with those of native
+// code, and how long they take. JSON lines: for each profile and place (node, the browser of STEADYHAND_BROWSER,
+// native) the plans a second, in all and in the block that was disturbed least, p50 and p99 (us; browsers give times to
+// 0.1 or 1 ms), how many times the native code's time (median over blocks), and the largest difference (rad, rad/s) to
+// native plans; with --play the same of a session's commands.
+//   STEADYHAND_CLOSED_LOOP   tests/tools/closed_loop.cpp as a program; with as many lanes (2), if results are compared
 //   STEADYHAND_BUILD         holds wasm/steadyhand.wasm and wasm-plain/steadyhand.wasm
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -27,7 +28,7 @@ writeFileSync(join(folder, 'module.mjs'), bundle('esm'));
 const { Module } = await import(join(folder, 'module.mjs'));
 const NOBODY = { send: () => {}, close: () => {}, keep: () => {} };
 
-/** The largest difference of two lists of rows; infinite where they have not as many numbers, or what is none. */
+/** The largest difference of two lists of rows; infinite if their lengths differ or a value is not a number. */
 function difference(a, b) {
   if (a.length !== b.length) return Infinity;
   let most = 0;
@@ -45,7 +46,8 @@ const native_blocks = new Map();
 function say(words, times) {
   const sorted = [...times].sort((x, y) => x - y), at = (share) => Math.round(sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))]);
   const mean = times.reduce((sum, t) => sum + t, 0) / times.length;
-  // Of a machine that does other things, too: what the blocks take that were disturbed least, each beside the same of native code.
+  // The machine has other load, too: takes the blocks that were disturbed least, each compared with the same block of
+  // native code.
   const blocks = Array.from({ length: Math.floor(times.length / BLOCK) }, (_, i) => times.slice(BLOCK * i, BLOCK * (i + 1)).reduce((sum, t) => sum + t, 0) / BLOCK);
   if (words.where === 'native') native_blocks.set(words.profile, blocks);
   const shares = blocks.map((us, i) => us / native_blocks.get(words.profile)[i]).sort((x, y) => x - y);

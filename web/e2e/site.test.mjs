@@ -1,5 +1,6 @@
-// What only the site has (`./steadyhand site`, its folder in STEADYHAND_SITE): no program, a network that may go, files that may be
-// broken. What page and program share, page.test.mjs, stops.test.mjs and headset.test.mjs try on it, too.
+// Tests of the site alone (`./steadyhand site`, its folder in STEADYHAND_SITE): no program, a network that may fail,
+// files that may be broken. page.test.mjs, stops.test.mjs and headset.test.mjs run on the site, too, and test what page
+// and program share.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -11,7 +12,7 @@ import {
   startProgram, state, until, withoutPixels,
 } from './harness.mjs';
 
-/** A stock Firefox, as it is led here, lets no test come between a Worker and its network. */
+/** In a stock Firefox, WebDriver BiDi cannot intercept the network of a Worker. */
 const IN_CHROMIUM = { skip: FIREFOX && 'only Chromium lends itself to that' };
 before(async () => {
   await start();
@@ -20,7 +21,7 @@ before(async () => {
 afterEach(closePages);
 after(finish);
 
-/** The page where it cannot begin; what it says then. */
+/** Opens the page where it cannot start, and waits for its message `wanted`. */
 async function advice(wanted, prepare) {
   const context = await browser.newContext({ viewport: { width: 700, height: 420 }, serviceWorkers: 'block' });
   await prepare(context);

@@ -1,4 +1,5 @@
-// Stops and grips on the page: what is asserted is what the arm did, as the server tells another client. One program for all.
+// Stops and grips on the page: asserts the motion of the arm, as the server sends it to another client. One program for
+// all.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import {
@@ -6,7 +7,7 @@ import {
   startProgram, state, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
-/** Keys are a browser's own matter; the rest is ours in each, and once is enough. */
+/** Browsers differ only in keys; one browser is enough for the other tests. */
 const IN_CHROMIUM = { skip: FIREFOX && 'in Chromium' };
 before(async () => {
   await start();
@@ -15,11 +16,11 @@ before(async () => {
 afterEach(closePages);
 after(finish);
 
-/** Nothing here is of what the page looks like. */
+/** These tests do not depend on how the page looks. */
 const open = ({ prepare, ...options } = {}) => openDrawn({ ...options, prepare: async (context) => { await withoutPixels(context); await prepare?.(context); } });
 const key = (page, code) => ({ grip: () => page.keyboard.down(code), release: () => page.keyboard.up(code) });
 const stopped = (of) => inState(of, 'stopping');
-/** Out of a stop, and nothing that has the focus hears of it. */
+/** Ends a stop without an event for the element that has the focus. */
 async function reset(page, watcher) {
   await rest(watcher);
   await say(page, { type: 'request', kind: 'reset' });
@@ -50,7 +51,7 @@ test('Space stops the arm whatever has the focus, and does nothing else', async 
     assert.deepEqual(said, [{ type: 'request', kind: 'stop' }], `${selector}: a stop, one, and nothing else`);
     await reset(page, watcher);
   }
-  // A list that is open has keys of its own.
+  // An open list handles keys itself.
   await page.focus('#rate');
   await page.keyboard.press('Alt+ArrowDown');
   await page.waitForTimeout(300);
@@ -229,7 +230,7 @@ test('a lease that comes while the grip is held moves nothing; a fresh grip does
   const other = await open(), page = await open(), watcher = await watch();
   await ready(other);
   await page.bringToFront();
-  await page.keyboard.down('KeyQ'); // takes nothing: the other has the lease
+  await page.keyboard.down('KeyQ'); // has no effect: the other client has control
   await say(other, { type: 'release' });
   await until(async () => !(await facts(other)).yours, 'the lease to be free');
   await say(page, { type: 'take' });
@@ -396,7 +397,7 @@ test('a gamepad that falls silent with its bumper held lets go, and needs a fres
   });
   const watcher = await watch();
   await ready(page);
-  // As Chromium has it: what the pad said last stays, and only the timestamp tells that it says no more.
+  // As in Chromium: the last values of the pad stay, and only the timestamp shows that it stopped sending.
   const pad = (axes, held, talks) => page.evaluate(([sticks, pressed, isTalking]) => {
     clearInterval(globalThis.talk);
     const tell = () => { globalThis.pads = [{ mapping: 'standard', timestamp: performance.now(), axes: sticks, buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i) })) }]; };
@@ -436,7 +437,8 @@ test('the arm passes to who asks: granted, refused, and when nothing has led it 
   assert.match(await page.textContent('#asked-words'), /Another client asks/);
   await page.click('#grant');
   await until(async () => (await facts(other)).yours, 'the arm to change hands');
-  // A hand that leads is not taken away, however long somebody asks; once it rests it is.
+  // A request for control does not interrupt an engaged hand, however long it waits: the wait starts when the hand
+  // releases.
   await ask(page, other);
   await other.bringToFront();
   await other.evaluate(() => document.activeElement?.blur());

@@ -1,5 +1,5 @@
-// A Chromium with windows and tabs as people have them: playwright keeps every page visible, and its timers quick. Led over a pipe by
-// the DevTools protocol; its pages have those of playwright's functions that the harness's own need.
+// A Chromium with real windows and tabs: playwright keeps every page visible, and its timers fast. Controlled over a
+// pipe by the DevTools protocol; its pages have those functions of playwright that the harness needs.
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { BROWSER, FLAGS } from './harness.mjs';
