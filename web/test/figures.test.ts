@@ -22,7 +22,7 @@ describe('parts of an arm', () => {
 });
 
 describe('the last minute', () => {
-  /** States 60 times a second, a row of the history after every fourth. @param led whether the hand leads then */
+  /** States 60 times a second, a row of the history after every fourth. @param led whether the arm is engaged then */
   function minute(seconds: number, led: (t: number) => boolean, profile: (t: number) => number = () => 0): History {
     const history = new History(COLUMNS), moment = new Moment();
     for (let k = 0; k <= 60 * seconds; ++k) {
@@ -83,7 +83,7 @@ describe('the last minute', () => {
 });
 
 describe('whole demo motions', () => {
-  /** A demo motion of 2 s, led by this profile from its begin or from 1 s on, as states 10 times a second. */
+  /** A demo motion of 2 s, with this profile from its start or from 1 s on, as states 10 times a second. */
   class Shown {
     readonly runs = new Runs();
     #t = 0;

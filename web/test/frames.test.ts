@@ -3,7 +3,7 @@ import { Object3D, Quaternion, Vector3 } from 'three';
 import { conjugate, handFor, heading, multiply, normalize, rotation, SCENE_FROM_ROBOT, toRobot, toRobotRotation, turn } from '../src/frames';
 import type { Quat, Vec3 } from '../src/protocol';
 
-// A small generator of its own, so that every run sees the same cases.
+// A small generator with a fixed seed, so that every run has the same cases.
 function* numbers(seed: number): Generator<number, never> {
   let state = seed;
   for (;;) {

@@ -11,7 +11,7 @@ describe('keys', () => {
   let heading = 0;
   /** m, base frame, that the target moves within a second of this key; and where its x axis points then. */
   const after = (code: string): { moved: number[]; axis: number[] } => {
-    const session = { state: { controls: { scale: 0.5, yaw: 0.7 } } } as unknown as Session; // what keys do is free of both
+    const session = { state: { controls: { scale: 0.5, yaw: 0.7 } } } as unknown as Session; // keys depend on neither
     const hand = new Hand({ send: (message) => { at = structuredClone(message) as unknown as typeof at; return true; } }, () => 0, () => true);
     const keys = new Keys(hand, session, () => false, () => heading);
     press({ target: null, code, timeStamp: 0, preventDefault: () => {} });
@@ -65,7 +65,7 @@ describe('where a view looks', () => {
     const view = new View({ ...deaf, getRootNode: () => deaf, ownerDocument: deaf, style: {} } as unknown as HTMLCanvasElement, true);
     view.look(preset);
     view.update(null, 0);
-    const h = view.heading, seen = (x: number, y: number): THREE.Vector3 => { // of the base frame, seen from the camera
+    const h = view.heading, seen = (x: number, y: number): THREE.Vector3 => { // from the base frame to the camera frame
       const { at } = PRESETS[preset];
       return new THREE.Vector3(at[0] - y, at[1], at[2] - x).applyMatrix4(view.camera.matrixWorldInverse);
     };

@@ -21,7 +21,7 @@ const isRequest = (message: unknown): boolean => ajv.validate('protocol#/definit
 type Listener = (event: object) => void;
 type Placed = { text: string; object: { p: [number, number, number] } | null };
 
-/** A page of 400 by 300 whose camera looks down at the floor, the base's z up, from 1.5 m before it. */
+/** A page of 400 by 300 whose camera looks down at the floor, the base's z up, from 1.5 m in front of it. */
 class Page {
   readonly told: Placed[] = [];
   readonly surroundings = new Surroundings();

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { COARSEST, Pace } from '../src/scene/pace';
 
-/** Draws for so many seconds; the time of a picture may depend on the level. */
+/** Draws for so many seconds; the time of a frame may depend on the level. */
 function draw(pace: Pace, seconds: number, time: (level: number) => number): number {
   for (let t = 0; t < seconds; t += time(pace.level)) pace.take(time(pace.level));
   return pace.level;

@@ -6,7 +6,7 @@ import type { StateMessage } from '../src/protocol';
 const STEP = 0.01, LATE = 15, RAMP = 0.5;
 type Seen = Pick<StateMessage, 'now_s' | 'state' | 'leader' | 'target'>;
 
-/** What the server makes of the hand (Retargeter::update), told so many steps late. */
+/** The server's target for the hand (Retargeter::update), sent so many steps late. */
 class Server {
   now = 0;
   readonly target = new THREE.Vector3();
@@ -23,13 +23,13 @@ class Server {
     this.#news.push({ now_s: 100 + this.now, state: follows ? 'engaged' : 'ready', leader: follows ? 'person' : null, target: { p: this.target.toArray(), q: [0, 0, 0, 1] } });
   }
   get told(): Seen { return this.#news[Math.max(0, Math.min(this.lastTold, this.#news.length - 1 - LATE))]!; }
-  /** News after this one do not come. */
+  /** States after this one do not arrive. */
   lastTold = Infinity;
-  /** From now on none does. */
+  /** From now on none arrives. */
   cut(): void { this.lastTold = this.#news.length - 1 - LATE; }
 }
 
-/** Drags for so many s to where `handle` says. */
+/** Drags for so many s to the position of `handle`. */
 function drag(reach: Reach, server: Server, seconds: number, handle: (t: number) => THREE.Vector3, follows: (t: number) => boolean = () => true): void {
   for (let t = 0; t < seconds; t += STEP) {
     server.step(reach.shift, follows(t));

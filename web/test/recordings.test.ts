@@ -304,7 +304,7 @@ describe('figures of a session', () => {
     expect(Math.min(...curve[1] as number[])).toBe(2);
     expect(told(curve, String, 'mm', true)).toBe('at least 2 mm, at 0:03');
     const emptied = curveOf({ ...motion, liquid: { t_s: [5, 5.1], tilt: [[0, 0], [0, 0]], freeboard_mm: [4, 0], spilled: [0, 1], spilled_share: [0, 1] } }, 'rim', 5);
-    expect(emptied[1]).toEqual([4, null]); // of an empty glass there is no wave
+    expect(emptied[1]).toEqual([4, null]); // an empty glass has no wave
   });
   it('are told at a time, where it is known', () => {
     const curve: [number[], (number | null)[]] = [[0, 0.1, 2, 2.1], [3, 4, null, 5]];

@@ -129,7 +129,7 @@ describe('words of a session', () => {
     const at = (now_s: number, profile: number, no_spill: boolean, spilled_share: number) => session.take(state({ now_s, state: 'engaged', controls: { ...controls, profile, no_spill }, liquid: { ...liquid(true), spilled_share } }), now_s);
     at(100, 1, false, 0.5);
     at(100.1, 0, true, 0.6);
-    expect(session.spill()).toBe(`Spilled 60.0 % of this glass under ${label(1)}, which does not prevent spills`); // what the other took over swinging
+    expect(session.spill()).toBe(`Spilled 60.0 % of this glass under ${label(1)}, which does not prevent spills`); // a swing that the other profile took over
     under(0, false, 101);
     session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
     expect(session.spill()).toMatch(/, in a stop$/);
@@ -194,7 +194,7 @@ describe('words of a session', () => {
     session.take(state({ state: 'ready', reason: lost, reason_code: 'silent' }), 2.6);
     expect([session.reason(2.8), session.mayResume(2.8)]).toEqual([expect.stringContaining('too slow'), false]);
     session.take(state({ state: 'engaged', reason: '', reason_code: 'gripped' }), 3);
-    session.told(0.4, false, 4.2); // nobody held on
+    session.told(0.4, false, 4.2); // the hand was released
     session.take(state({ state: 'ready', reason: lost, reason_code: 'silent' }), 5);
     expect([session.reason(5), session.mayResume(5.2)]).toEqual([lost, false]);
     session.take(state({ state: 'stopping', reason_code: 'stop_asked' }), 6);
@@ -241,7 +241,7 @@ describe('words of a session', () => {
     session.take(state({ state: 'ready', dq: [0.1, 0, 0, 0, 0, 0], reason: 'released', reason_code: 'released' }), 1);
     expect([session.title(1), session.reason(1)]).toEqual(['stopping', 'released']);
     session.take(state({ state: 'ready', dq: still, reason: 'engage to move the arm', reason_code: 'ready' }), 1.1);
-    expect([session.title(1.1), session.reason(1.1)]).toEqual(['ready', '']); // the advice says how
+    expect([session.title(1.1), session.reason(1.1)]).toEqual(['ready', '']); // the advice explains it
   });
   it('say in the scene why a code lets nobody in, and why no motion can be asked for', () => {
     const session = open();
@@ -311,7 +311,7 @@ describe('connection', () => {
     around.pass(0.3);
     around.socket.onclose?.({ code: 1001 });
     around.pass(1);
-    around.socket.onclose?.({ code: 1006 }); // nobody is there
+    around.socket.onclose?.({ code: 1006 }); // no server answers
     expect(connection.ended).toBe(true);
     around.pass(2.1);
     around.socket.says(server.welcome!);
@@ -344,7 +344,7 @@ describe('connection', () => {
 
   it('that was held up itself reads what waits before it judges the far end', () => {
     around.socket.says(server.welcome!);
-    around.pass(4); // nothing of the page ran, and what came in meanwhile is not read yet
+    around.pass(4); // the page was blocked, and the messages of that time are not read yet
     expect(statuses).toEqual(['open']);
     around.socket.says({ type: 'pong', t_s: around.time, now_s: 1 });
     around.pass(0.5);
@@ -554,7 +554,7 @@ describe('session', () => {
     expect(session.mayDrive(1 + 2 * STALE_AFTER)).toBe(false);
     session.take({ ...(server.state as object), state: 'stopping' } as ServerMessage, 2);
     expect(session.mayDrive(2)).toBe(false);
-    expect(session.advice(2)).toContain('watching'); // holds the lease, but is not paired in this test
+    expect(session.advice(2)).toContain('watching'); // has control, but is not paired in this test
   });
 
   it('says who leads the arm, and how to take it in hand', () => {
@@ -663,7 +663,7 @@ describe('session', () => {
     session.take(server.lease!, 1);
     session.connectionBecame('lost');
     expect(session.yours).toBe(false);
-    expect(session.advice(1)).toContain('it may move'); // others may lead it
+    expect(session.advice(1)).toContain('it may move'); // another client may move it
   });
 
   it('says what holds the arm back by name', () => {

@@ -3,7 +3,7 @@ import { Swing } from '../src/swing';
 
 it('knows by whose motion the liquid swings', () => {
   const swing = new Swing();
-  expect(swing.of(0, 2, true)).toBe(2); // nobody led before
+  expect(swing.of(0, 2, true)).toBe(2); // no profile before
   expect(swing.of(5, 0, false)).toBe(0);
   expect(swing.of(6, 2, true)).toBe(0); // takes it over swinging
   expect(swing.of(6.9, 2, true)).toBe(0);

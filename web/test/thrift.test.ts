@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { Glass } from '../src/scene/glass';
 import { type Picture, Thrift } from '../src/scene/thrift';
 
-/** What a browser that asks 60 times a second is told, each picture taking so long. */
+/** The answers to a browser that asks 60 times a second, if each frame takes so long. */
 function draw(thrift: Thrift, seconds: number, takes: number, moves: (t: number) => boolean, from = 0): Picture[] {
   const drawn: Picture[] = [];
   let until = -1;
@@ -32,7 +32,7 @@ describe('Thrift', () => {
     near(inSoftware(6, 0.1, false), 36); // a third of the time is left to others
     near(inSoftware(4, 0.01, true), 40);
     near(inSoftware(6, 0.1, true), 18); // two thirds
-    expect(inSoftware(12, 1, true)).toBeGreaterThanOrEqual(9); // but nobody waits for long
+    expect(inSoftware(12, 1, true)).toBeGreaterThanOrEqual(9); // but no frame waits for long
   });
 
   it('spares for a while where plans are late', () => {

@@ -4,7 +4,7 @@ import { describe, expect, it } from 'vitest';
 import { clearTheMiddle, sizeOf } from '../src/input/handles';
 import { View } from '../src/scene/view';
 
-/** What nobody touches. */
+/** An element without events. */
 const deaf = { addEventListener: () => {}, removeEventListener: () => {} };
 const canvas = (): HTMLCanvasElement => ({ ...deaf, getRootNode: () => deaf, ownerDocument: deaf, style: {}, clientWidth: 400, clientHeight: 300 }) as unknown as HTMLCanvasElement;
 
@@ -57,7 +57,7 @@ describe('the view', () => {
     for (let i = 0; i < 60; ++i) view.update(target, 0.05);
     const back = view.camera.position.distanceTo(view.orbit.target);
     for (let i = 0; i < 60; ++i) view.update(target, 0.05);
-    expect(view.camera.position.distanceTo(view.orbit.target)).toBeCloseTo(back, 6); // it rests, and does not breathe
+    expect(view.camera.position.distanceTo(view.orbit.target)).toBeCloseTo(back, 6); // it is stationary, without oscillation
     target.y = 1.1;
     for (let i = 0; i < 100; ++i) view.update(target, 0.05);
     expect(view.camera.position.distanceTo(begin)).toBeLessThan(1e-3);
