@@ -3,7 +3,7 @@ import { readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { defineConfig, mergeConfig, type Plugin, type UserConfig } from 'vite';
 
-/** The server sends every file as it is: what shrinks is stored as NAME.gz. */
+/** The server sends every file unchanged: files that compress well are stored as NAME.gz. */
 function compress(): Plugin {
   let folder = '';
   return {
@@ -21,13 +21,13 @@ function compress(): Plugin {
   };
 }
 
-/** What the operator's page and the report have in common: `<!-- src/PART.html -->` is that file. */
+/** Parts that the operator's page and the report share: `<!-- src/PART.html -->` includes that file. */
 const parts: Plugin = {
   name: 'parts',
   transformIndexHtml: { order: 'pre', handler: (html) => html.replace(/<!-- (src\/\S+\.html) -->/g, (_, path: string) => readFileSync(path, 'utf8').trim()) },
 };
 
-/** Scripts and styles into the page itself: a report is one file, which asks for no other. */
+/** Puts scripts and styles into the page itself: a report is one file, which loads no other. */
 const inline: Plugin = {
   name: 'inline',
   enforce: 'post',

@@ -13,10 +13,10 @@ import { gunzipSync, gzipSync } from 'node:zlib';
 const ROOT = resolve(import.meta.dirname ?? dirname(new URL(import.meta.url).pathname), '../..');
 const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
 const BUILD = process.env.STEADYHAND_BUILD ?? join(ROOT, 'build');
-/** Nothing but what the folder holds; WebAssembly may be compiled; styles may stand in elements, as the plots' do. */
+/** Allows only files of the folder, compiled WebAssembly, and inline styles, which the plots need. */
 const POLICY = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; "
   + "img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; base-uri 'none'; form-action 'none'";
-/** Of what a folder must hold to be written over: no other folder is. */
+/** A folder is overwritten only if it has this file. */
 const LIST = 'site.json';
 
 function refuse(words) {
