@@ -32,7 +32,7 @@ struct ArmInfo {
   std::string name;        ///< for people
   int joints = 0;          ///< n
   double rate_hz = 500.0;  ///< of control cycles
-  double delay = 0.0;      ///< s, between a command and what is measured of it, about
+  double delay = 0.0;      ///< s, between a command and its measured effect, about
   bool hardware = true;    ///< can hurt a person: recorded hands need an explicit option, and it starts slowly
   bool gripper = false;    ///< takes JointCommand::gripper, and reports JointState::gripper
 };
@@ -46,8 +46,8 @@ class Arm {
 
   /// Waits for the arm's next cycle. A caller that comes late gets the newest state, not those it missed.
   virtual ArmState receive() = 0;
-  /// The commands from now on are samples of this plan, which was checked to its end, where it rests. Comes before the
-  /// first of them, as often as the plan changes. For arms that are sent motions: to others it means nothing.
+  /// The next commands are samples of this plan, which was checked to its end, where it is at rest. Called before the
+  /// first of them, each time the plan changes. For arms that receive whole motions; other arms ignore it.
   virtual void follow(const Plan& plan) { (void)plan; }
   /// The set-point of this cycle. Ignored unless the arm is following. It must continue the earlier ones,
   /// and ArmState::carried_on: an arm may stop by itself at a step, or beyond its limits.

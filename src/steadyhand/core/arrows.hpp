@@ -8,14 +8,14 @@
 #include "steadyhand/core/names.hpp"
 #include "steadyhand/core/time.hpp"
 
-/// One plain struct per arrow of the way that data takes:
+/// One plain struct per arrow of the data flow:
 /// OperatorSample -> Target -> Reference -> Plan -> JointCommand -> (arm) -> JointState.
 namespace steadyhand {
 
 /// Source of the hand that controls the arm.
 enum class Leader : std::uint8_t {
   kPerson,
-  kRecording,  ///< a recorded hand that plays
+  kRecording,  ///< playback of a recorded hand
   kPolicy,     ///< a program that sends poses of the tool
 };
 /// Their names in recordings and the protocol.
@@ -27,15 +27,15 @@ constexpr auto names_of(Leader) {
 /// The operator's hand as the headset or recording reports it.
 struct OperatorSample {
   Stamp stamp;  ///< `hand`: when the device saw it
-  /// Robot axes: z up; the operator's room frame. A policy's: the tool that it asks for, in the base.
+  /// Robot axes: z up; the operator's room frame. From a policy: the requested tool pose in the base.
   Pose X_operator_hand;
   bool clutch = false;    ///< true while the clutch is closed
   bool tracked = true;    ///< false: the device has no valid pose now
   bool emulated = false;  ///< WebXR emulatedPosition: position is a guess of the device
   Time look_ahead{0};     ///< the device predicted the pose: it is where the hand will be at stamp.hand + look_ahead
-  std::optional<double> gripper{};  ///< 0 open to 1 closed, as the operator wants it; absent: as it is
-  Leader leader = Leader::kPerson;  ///< whose it is
-  bool intervention = false;        ///< a person controls the arm in a policy's turn, which waits
+  std::optional<double> gripper{};  ///< requested, 0 open to 1 closed; absent: unchanged
+  Leader leader = Leader::kPerson;  ///< its source
+  bool intervention = false;        ///< a person controls the arm while the policy waits
 };
 
 /// Where the operator wants the controlled frame (the glass) to be.
@@ -47,9 +47,9 @@ struct Target {
   Leader leader = Leader::kPerson;  ///< whose hand it comes from
 };
 
-/// How far off a predicted position may be. 0: not known.
+/// Uncertainty of a predicted position. 0: not known.
 struct Spread {
-  double along = 0.0;   ///< m, standard deviation along the way that the hand goes
+  double along = 0.0;   ///< m, standard deviation along the hand's motion
   double across = 0.0;  ///< m, in each direction across it
 };
 
@@ -64,7 +64,7 @@ struct Reference {
   std::array<Spread, kMaxHorizon> spread{};  ///< uncertainty of p
 };
 
-/// How a plan came about.
+/// Origin of a plan.
 enum class PlanOrigin {
   kSolved,    ///< converged
   kFeasible,  ///< not converged within its budget, but inside every constraint
@@ -83,7 +83,7 @@ struct Plan {
   int joints = 0;                                ///< n
   int intervals = 0;                             ///< N plus those of the stop
   std::uint64_t world = 0;                       ///< Obstacles::version of those that it was checked against
-  PlanOrigin origin = PlanOrigin::kSolved;       ///< how it came about
+  PlanOrigin origin = PlanOrigin::kSolved;       ///< its origin
   JointVector velocity_max;                      ///< rad/s (m/s) that its profile allows; empty: what the arm allows
   std::array<StateVector, kMaxIntervals + 1> x;  ///< x_k = [q; dq] at start + k * dt; rad (m), rad/s (m/s)
   std::array<JointVector, kMaxIntervals> u;      ///< ddq on [k, k+1) * dt; rad/s^2 (m/s^2)
@@ -97,7 +97,7 @@ struct Plan {
 
 /// Command to the arm for `stamp.made`.
 struct JointCommand {
-  Stamp stamp;                      ///< `made`: when it is to be so
+  Stamp stamp;                      ///< `made`: when the arm is to be there
   JointVector q;                    ///< rad (m for prismatic joints)
   JointVector dq;                   ///< rad/s
   JointVector ddq;                  ///< rad/s^2
@@ -109,7 +109,7 @@ struct JointState {
   Stamp stamp;                      ///< `made`: when it was measured
   JointVector q;                    ///< rad
   JointVector dq;                   ///< rad/s
-  std::optional<double> gripper{};  ///< 0 open to 1 closed, where it is; absent: the arm has none
+  std::optional<double> gripper{};  ///< measured, 0 open to 1 closed; absent: the arm has none
 };
 
 }  // namespace steadyhand

@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-/// Does the work; what it throws is an error. For threads: whatever leaves one by a throw ends the program.
+/// Does the work and returns an exception as an error. For threads: an exception that leaves a thread ends the program.
 template <typename Work>
 Status attempt(const Work& work) {
   try {

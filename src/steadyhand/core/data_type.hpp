@@ -28,7 +28,7 @@ struct DataType {
 
   Kind kind = Kind::kObject;
   std::string name, what;  ///< of objects and enumerations; may be empty
-  std::string encoding;    ///< of the bytes in a kText, e.g. "base64"; empty: none
+  std::string encoding;    ///< how a kText encodes bytes, e.g. "base64"; empty: it is plain text
   Limits limits;
   bool is_signed = true;                ///< of kWhole
   std::vector<DataType> items;          ///< one: of lists and maps

@@ -27,16 +27,16 @@
 /// JsonOut writes it, JsonIn (json_in.hpp) reads it, data_type_of() (data_type.hpp) makes schemas and references of it.
 /// A visitor V has, each called in the order in which the members are written:
 ///     type(name, what)                     name of this type in TypeScript and schemas; may be left out
-///     add(name, unit, what, value, limits) a member; `value` may be a local variable or a view where nobody reads it
-///     group(name, type, what, members)     an object that no struct is: members(v) adds what it has
-///     choose(name, what, value, cases)     an enumerator on which depends what other members there are: cases(value)
-///     check(good, message)                 of what was read; evaluated by JsonIn alone
+///     add(name, unit, what, value, limits) a member; `value` may be a local variable or a view if it is only written
+///     group(name, type, what, members)     an object without a struct: members(v) adds its members
+///     choose(name, what, value, cases)     an enumerator that selects further members: cases(value) adds them
+///     check(good, message)                 a condition on the values; evaluated only by JsonIn
 /// and describe(v, other) puts another struct's members in place. Values are numbers, flags, texts, enumerators that
 /// have Names, Time, Vector3, Quaternion, Pose, joint vectors, RawJson, described structs, std::optional of those,
-/// lists (of what has begin() and size()) and maps (lists of pairs of a text and a value).
+/// lists (types with begin() and size()) and maps (lists of pairs of a text and a value).
 namespace steadyhand {
 
-/// What a member may be, beside its type. Combined as in `within(0.0, 1.0).or_null()`.
+/// Limits of a member's value, in addition to its type. Combined as in `within(0.0, 1.0).or_null()`.
 struct Limits {
   double min = -std::numeric_limits<double>::infinity(), max = std::numeric_limits<double>::infinity();
   bool above = false;                                                     ///< min itself is not allowed
@@ -121,10 +121,10 @@ concept Map = List<T> && Entry<std::ranges::range_value_t<T>>;
 
 }  // namespace description
 
-/// How messages look that people's programs read. Another style replaces any of these: a struct with
-/// `static void write(JsonWriter&, const T&, const Limits&)` for the types that it writes in its own way, and what
-/// DataType and JsonIn ask of it. Or one with `static Form form_of(const T&)`, of another type that stands in T's
-/// place, and, where somebody reads it, `static T from_form(const Form&, std::type_identity<T>)`.
+/// The format of messages for users' programs. Another style is a struct that overrides any part of it:
+/// `static void write(JsonWriter&, const T&, const Limits&)` for each type T that it writes in its own way, with what
+/// DataType and JsonIn require for that type. Or `static Form form_of(const T&)`, where the type Form replaces T, and,
+/// if T is read, `static T from_form(const Form&, std::type_identity<T>)`.
 struct PlainStyle {
   static constexpr auto kDigits = JsonWriter::Digits::kShortest;
 };

@@ -6,8 +6,8 @@
 
 namespace steadyhand {
 
-/// What is in a folder. If it cannot be read, or no further, what was read so far: a loop over a directory_iterator
-/// would throw there.
+/// The entries of a folder. If reading fails, returns those read until then; a loop over a directory_iterator would
+/// throw.
 inline std::vector<std::filesystem::directory_entry> entries_of(const std::filesystem::path& folder) {
   std::vector<std::filesystem::directory_entry> entries;
   std::error_code failed;

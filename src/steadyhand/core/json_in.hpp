@@ -17,7 +17,7 @@
 
 namespace steadyhand {
 
-/// What JSON says of a member, short enough for a message.
+/// A JSON value as text, short enough for a message.
 template <typename Json>
 std::string excerpt(const Json& json) {
   constexpr std::size_t kMost = 60;
@@ -25,11 +25,11 @@ std::string excerpt(const Json& json) {
   return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 
-/// Reads a described struct from a JSON object. The first mistake stays, and what is read after it means nothing.
+/// Reads a described struct from a JSON object. Keeps the first error; values that are read after it are meaningless.
 template <typename Json, typename Style = PlainStyle>
 class JsonIn {
  public:
-  /// @param strict members that the description does not have are a mistake
+  /// @param strict unknown members are an error
   JsonIn(const Json& object, bool strict) : object_(&object), strict_(strict) {}
 
   /// Reads all members.
@@ -38,7 +38,7 @@ class JsonIn {
     visit([&](auto& v) { describe(v, value); });
   }
   const std::optional<Error>& error() const { return error_; }
-  /// The first mistake.
+  /// The first error.
   void fail(std::string message) {
     if (!error_) error_ = Error{std::move(message)};
   }
@@ -94,7 +94,7 @@ class JsonIn {
   JsonIn(const Json& object, const JsonIn& outer, std::string_view name)
       : object_(&object), strict_(outer.strict_), outer_(&outer), name_(name) {}
 
-  /// Of this object, or of its member, for messages: 'outer.name'.
+  /// Path of this object, or of its member, for messages: 'outer.name'.
   std::string place(std::string_view name = {}) const {
     std::string path(name);
     for (const JsonIn* at = this; at->outer_; at = at->outer_) {
@@ -256,7 +256,7 @@ class JsonIn {
       get(json[i], value[i], limits.sized(0, std::string::npos), fmt::format("{}[{}]", name, i));
     }
   }
-  /// Names the first member that nobody asked for, and all that there are.
+  /// Fails with the name of the first unknown member and the names of all known ones.
   template <typename Members>
   void refuse_unknown(const Members& members) {
     MemberNames known;

@@ -8,8 +8,8 @@ namespace steadyhand {
 
 namespace {
 
-/// Bytes of the UTF-8 character that `text` begins with, if it is one; else 0 and in `bad` how many bytes make no sense
-/// together (those before the first that cannot follow, at least 1).
+/// Number of bytes of the UTF-8 character at the start of `text`. If there is none, returns 0 and sets `bad` to the
+/// number of invalid bytes (those before the first that cannot follow, at least 1).
 std::size_t character(std::string_view text, std::size_t& bad) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);

@@ -10,8 +10,8 @@ namespace steadyhand {
 
 using JsonBuffer = std::string;
 
-/// Appends JSON to a buffer as it is told, with the commas. Numbers that are not finite become null, since JSON has no
-/// word for them; bytes that are not UTF-8 become U+FFFD.
+/// Appends JSON to a buffer, call by call, and adds the commas. Numbers that are not finite become null, since JSON
+/// cannot represent them; bytes that are not UTF-8 become U+FFFD.
 class JsonWriter {
  public:
   enum class Digits {

@@ -10,13 +10,13 @@
 
 namespace steadyhand {
 
-/// How many doubles the registers hold of the processor that the library was built for.
+/// Doubles in one register of the processor that the library is built for.
 inline constexpr int kLanes = STEADYHAND_LANES;
 
 /// kLanes doubles that go through the same arithmetic at once: a Scalar for Eigen and for the terms, one node of the
 /// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor; aligned and passed to
-/// functions alike for each. How the vector type itself is passed depends on the processor, so what takes or returns it
-/// is always inlined.
+/// functions alike for each. How the vector type itself is passed depends on the processor, so functions that take or
+/// return it are always inlined.
 class alignas(kLanes * sizeof(double)) Lanes {
  public:
   /// The compiler's own.
@@ -25,14 +25,14 @@ class alignas(kLanes * sizeof(double)) Lanes {
 
   Lanes() = default;
   /// @{ Lanes, or a number in each of them.
-  // Written out, so that calls pass Lanes in memory. In registers only callers compiled for as wide ones would agree
-  // with the library.
+  // Written out, so that calls pass Lanes in memory. If they were passed in registers, a caller compiled for another
+  // register width would not agree with the library.
   Lanes(const Lanes& other) : v_(other.v_) {}
   Lanes& operator=(const Lanes& other) {
     v_ = other.v_;
     return *this;
   }
-  Lanes(double all) : v_(Vector{} + all) {}  // NOLINT(google-explicit-constructor): a number stands for all lanes
+  Lanes(double all) : v_(Vector{} + all) {}  // NOLINT(google-explicit-constructor): a number fills all lanes
   [[gnu::always_inline]] explicit Lanes(Vector v) : v_(v) {}
   /// @}
   /// @{ From and to kLanes numbers.

@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-// The layout of these types is the library's, whatever processor is compiled for where its headers are included.
+// These types must have the layout of the compiled library, also in code that is compiled for another processor.
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16, "define EIGEN_MAX_ALIGN_BYTES=16, as CMake's steadyhand::planning does");
 #if EIGEN_ARCH_i386_OR_x86_64 || EIGEN_ARCH_ARM_OR_ARM64  // elsewhere Eigen aligns no members
 static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == 16, "EIGEN_DONT_VECTORIZE or EIGEN_DONT_ALIGN_STATICALLY moves members");

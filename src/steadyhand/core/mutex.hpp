@@ -10,7 +10,7 @@ namespace steadyhand {
 using Mutex = std::mutex;
 using Lock = std::lock_guard<std::mutex>;
 #else
-/// Where a program has one thread (WebAssembly in a browser's Worker), whose standard library has no mutex.
+/// For programs with one thread (WebAssembly in a browser's Worker), whose standard library has no mutex.
 struct Mutex {};
 struct Lock {
   explicit Lock(Mutex&) {}

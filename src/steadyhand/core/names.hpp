@@ -9,11 +9,11 @@
 
 namespace steadyhand {
 
-/// What files and messages call an enumerator.
+/// The name of an enumerator in files and messages.
 template <typename Enum>
 struct Name {
   Enum value;                  ///< the enumerator
-  std::string_view name;       ///< as it is written
+  std::string_view name;       ///< in files and messages
   std::string_view what = {};  ///< for people who read the reference
 };
 /// @{ So that a table need not repeat the enumeration.
@@ -49,7 +49,7 @@ concept Named = std::is_enum_v<Enum> && requires(Enum value) { names_of(value).e
 template <Named Enum>
 inline constexpr auto kNamesOf = names_of(Enum{});
 
-/// @returns static text; "unknown" for what is none of the enumerators
+/// @returns static text; "unknown" for any other value
 template <Named Enum>
 constexpr std::string_view name_of(Enum value) {
   const auto i = static_cast<std::size_t>(value);

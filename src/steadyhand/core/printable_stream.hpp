@@ -6,8 +6,8 @@
 
 namespace steadyhand {
 
-/// As long as it lives, what is written to a stream reaches it as printable() has it, a line at a time: names of files
-/// and what is in them must not command the user's terminal.
+/// While it exists, text for a stream passes through printable(), a line at a time: the names and contents of files
+/// must not control the user's terminal.
 class PrintableStream final : private std::streambuf {
  public:
   explicit PrintableStream(std::ostream& stream);

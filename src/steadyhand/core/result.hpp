@@ -6,12 +6,12 @@
 
 namespace steadyhand {
 
-/// What went wrong: names the file, key, line or column, the value, and what would be right.
+/// An error. The message has the file, key, line or column, the invalid value, and the valid values.
 struct Error {
   std::string message;  ///< for people
 };
 
-/// A value or the reason why there is none.
+/// A value or an error.
 template <typename T>
 class [[nodiscard]] Result {
  public:

@@ -7,9 +7,9 @@
 
 namespace steadyhand {
 
-/// A bounded queue from one writer thread to one reader thread; neither waits or allocates. What does not fit is
-/// dropped and counted. For what must be seen in order: hand samples on their way to the gate, messages to the
-/// recorder.
+/// A bounded queue from one writer thread to one reader thread; neither waits or allocates. When the queue is full,
+/// new entries are dropped and counted. For data that must arrive in order: hand samples on their way to the gate,
+/// messages to the recorder.
 template <typename T>
 class SpscRing {
  public:

@@ -19,7 +19,7 @@ Character first_of(std::string_view text) {
   const unsigned head = byte(0);
   if (head < 0x80) return {1, (head >= 0x20 && head != 0x7f) || head == '\n' || head == '\t'};
   const std::size_t bytes = head >= 0xf0 ? 4 : head >= 0xe0 ? 3 : 2;
-  constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // else a shorter form exists
+  constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // by length; a smaller code has a shorter form
   if (head < 0xc2 || head > 0xf4) return {};
   unsigned code = head & (0x7fu >> bytes);
   for (std::size_t i = 1; i < bytes; ++i) {

@@ -5,7 +5,7 @@
 
 namespace steadyhand {
 
-/// Whether it is text that a terminal shows as it is: no control characters, and not empty.
+/// Whether a terminal shows the text unchanged: no control characters, not empty.
 inline bool is_name(std::string_view text) {
   unsigned char before = 0;
   for (const unsigned char c : text) {
@@ -15,15 +15,15 @@ inline bool is_name(std::string_view text) {
   return !text.empty();
 }
 
-/// Whether a file that begins so is what Git LFS leaves in the place of a file until that is pulled.
+/// Whether a file that begins like this is a Git LFS pointer whose file was not pulled.
 inline bool is_lfs_pointer(std::string_view begin) { return begin.starts_with("version https://git-lfs.github.com/"); }
 /// Follows the file's name in a message.
 inline constexpr std::string_view kLfsPointer =
     "is a Git LFS pointer, not the file itself: run `git lfs pull` in its repository";
 
-/// The text as a terminal may have it: line ends, tabs and valid UTF-8 are unchanged. Control characters, characters
-/// that change the direction of the text, and bytes that are not UTF-8 are written as in C: a backslash, x and two
-/// digits for each byte.
+/// The text in a form that is safe for a terminal: line ends, tabs and valid UTF-8 are unchanged. Control characters,
+/// characters that change the direction of the text, and bytes that are not UTF-8 are written as in C: a backslash, x
+/// and two digits for each byte.
 std::string printable(std::string_view text);
 
 }  // namespace steadyhand

@@ -28,7 +28,7 @@ struct TimingSummary {
   double max = 0.0;   ///< us
 };
 
-/// Where the threads of a live session take their time from; tests set their own.
+/// The clock of all threads in a live session; tests use their own.
 class Clock {
  public:
   virtual ~Clock() = default;

@@ -12,10 +12,10 @@ namespace steadyhand {
 
 /// A camera of a session.
 struct CameraInfo {
-  std::string name;       ///< of letters, digits, _ and -
+  std::string name;       ///< letters, digits, _ and -
   int width = 320;        ///< pixels, even
   int height = 240;       ///< likewise
-  double rate_hz = 15.0;  ///< pictures a second
+  double rate_hz = 15.0;  ///< frames per second
 };
 template <typename V>
 void describe(V& v, CameraInfo& c) {
@@ -26,24 +26,24 @@ void describe(V& v, CameraInfo& c) {
   v.add("rate_hz", "Hz", "pictures a second", c.rate_hz, above(0.0));
 }
 
-/// An encoded picture on its way to the recording and the page.
+/// An encoded frame for the recording and the page.
 struct VideoPacket {
-  int camera = 0;  ///< index of the session's cameras
-  /// hand: when the picture was exposed; made: when it was encoded. Session's clock.
+  int camera = 0;  ///< index in the session's cameras
+  /// hand: when the frame was exposed; made: when it was encoded. Session's clock.
   Stamp stamp;
-  bool is_key = false;  ///< can be decoded without those before
-  std::string data;     ///< H.264, one picture as an Annex B byte stream; key pictures bring their parameter sets
+  bool is_key = false;  ///< can be decoded without earlier frames
+  std::string data;     ///< H.264, one frame as an Annex B byte stream; key frames contain their parameter sets
 };
 
-/// How a camera goes.
+/// Status of a camera.
 struct CameraState {
   std::uint64_t pictures = 0;  ///< encoded
-  std::uint64_t dropped = 0;   ///< came while the encoder was behind
-  double latency = 0.0;        ///< s, from exposure until it was encoded, of the newest
-  std::string ended;           ///< why no more come; empty: they do
+  std::uint64_t dropped = 0;   ///< arrived while the encoder was behind
+  double latency = 0.0;        ///< s, from exposure to encoded, newest frame
+  std::string ended;           ///< why the camera stopped; empty: it runs
 };
 
-/// The cameras of a session. Nobody waits for them; what they cannot do in time they drop.
+/// The cameras of a session. No other thread waits for them; they drop packets that they cannot handle in time.
 class Cameras {
  public:
   /// Takes packets, those of each camera in their order, on threads of the cameras; must not block for long.
