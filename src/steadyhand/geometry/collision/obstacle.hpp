@@ -13,12 +13,12 @@ namespace steadyhand {
 
 /// Most obstacles of an arm.
 inline constexpr int kMaxObstacles = 64;
-/// Most of them that an arm carries at once.
+/// Most obstacles that an arm carries at once.
 inline constexpr int kMaxCarried = 8;
 /// Largest number of solids that move with the arm, by index: first the bodies of its model, then from kMaxBodies on
 /// each obstacle that it carries.
 inline constexpr int kMaxSolids = kMaxBodies + kMaxObstacles;
-/// Index of an obstacle among what moves with the arm, if it is carried.
+/// Index of a carried obstacle among the solids that move with the arm.
 constexpr int solid_of(int obstacle) { return kMaxBodies + obstacle; }
 
 /// A solid that the arm must not touch, or one that it carries. Bodies that are fixed to the base may touch it.
@@ -50,16 +50,16 @@ struct Obstacles {
   int count = 0;                     ///< how many there are
   std::array<Obstacle, kMost> list;  ///< the first `count` of them
 
-  /// Those that there are.
+  /// The first `count` entries.
   std::span<const Obstacle> all() const { return std::span(list).first(count); }
 };
 /// No obstacles.
 inline const Obstacles kNoObstacles;
 
-/// Why there is no such obstacle: sizes, numbers that are not finite, a frame that is no rotation, too far or too fast.
+/// Why an obstacle is invalid: sizes, numbers that are not finite, a frame that is not a rotation, too far or too fast.
 /// Or Done.
 Status check(const Obstacle& obstacle);
-/// The same of each, and of how many they are.
+/// The same for each of them, and for their number.
 Status check(const Obstacles& obstacles);
 
 }  // namespace steadyhand

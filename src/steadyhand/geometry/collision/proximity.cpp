@@ -32,7 +32,7 @@ Vector3Of<S> select3(const M& mask, const Vector3Of<S>& yes, const Vector3Of<S>&
 /// The nearest features of two cores.
 template <typename S>
 struct Features {
-  S distance;                  ///< of the cores, signed
+  S distance;                  ///< between the cores, signed
   Vector3Of<S> normal;         ///< unit, from the first to the second
   Vector3Of<S> first, second;  ///< nearest points
   std::array<Vector3Of<S>, 2> slide{Vector3Of<S>::Zero(), Vector3Of<S>::Zero()};
@@ -128,8 +128,8 @@ S round_value(const Vector3Of<S>& between, double radii) {
 
 // ---- Boxes. A segment is a box with two extents of 0, and so are spheres and capsules here.
 
-/// Of all directions in which two boxes may be apart, faces' normals and products of edges, the one in which they are
-/// most, or overlap least. Of extents that are 0 no column of R is looked at.
+/// The direction in which two boxes are furthest apart or overlap least. Candidates are the normals of faces and the
+/// cross products of edges. Columns of R whose extent is 0 are not read.
 template <typename S>
 Features<S> least_overlap(const Vector3& a, const PlacedOf<S>& A, const Vector3& b, const PlacedOf<S>& B) {
   const Vector3Of<S> centers = B.p - A.p;
@@ -410,7 +410,7 @@ Features<S> cylinder_and_segment(const Vector3& core, const PlacedOf<S>& cylinde
   return f;
 }
 
-/// The second shape's deepest point. Of a cylinder's rim it is taken for fixed.
+/// The second shape's deepest point. On a cylinder's rim the point is treated as fixed to the cylinder.
 template <typename S>
 Features<S> half_space_and(const PlacedOf<S>& plane, const Shape& other, const PlacedOf<S>& there) {
   Features<S> f;
@@ -447,8 +447,8 @@ Features<S> nearest(const Shape& first, const PlacedOf<S>& at, const Shape& seco
 // With r from the first nearest point to the second, F = r^2 / 2, and the points free to slide along the columns of T,
 // the derivative of F by the joints is r . r_q and its second derivative
 //   r . r_qq + r_q . r_q - a' T'T a - (a' N + N' a) - N' (T'T)^-1 N,   a = (T'T)^-1 T' r_q,   N = r . T_q,
-// what is left when the slides follow the joints so that F stays least. The distance |r| and what stands for it between
-// round shapes follow by the chain rule.
+// when the slides follow the joints so that F stays minimal. The derivatives of the distance |r|, and of
+// ProximityOf::value between round shapes, follow by the chain rule.
 
 namespace {
 

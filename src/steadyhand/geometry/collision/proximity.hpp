@@ -7,7 +7,7 @@
 
 namespace steadyhand {
 
-/// How near two shapes are, with what first and second derivatives are made of when the second one moves.
+/// How near two shapes are, with the data for first and second derivatives when the second shape moves.
 ///
 /// The cores touch each other's nearest points in features that are flat: corners, edges, faces. Moving the second
 /// shape moves its nearest point with it and lets both points slide along these features.
@@ -18,7 +18,7 @@ struct ProximityOf {
   /// their cores and R the sum of the radii, which is the same near contact, is smooth where cores touch, and takes no
   /// root.
   Scalar value;
-  Vector3Of<Scalar> gradient;              ///< of the value by motion of `point`, base frame
+  Vector3Of<Scalar> gradient;              ///< d value / d point, base frame
   Vector3Of<Scalar> point;                 ///< m, of the second core, nearest to the first; base frame
   std::array<Vector3Of<Scalar>, 2> slide;  ///< unit, base frame; 0 where there is none
   std::array<Scalar, 2> of_second;         ///< 1 where that feature is the second shape's, turning with it, else 0
@@ -27,13 +27,13 @@ struct ProximityOf {
   bool round;                              ///< both shapes are: there is curvature along the gradient, too
 };
 
-/// How one joint moves the second shape of a ProximityOf, the first standing still.
+/// How one joint moves the second shape of a ProximityOf while the first is stationary.
 template <typename Scalar>
 struct MovedOf {
   Vector3Of<Scalar> axis;        ///< angular velocity for joint velocity 1, base frame; 0 if it slides
   Vector3Of<Scalar> point;       ///< velocity of ProximityOf::point, m/rad (m/m), base frame
   std::array<Scalar, 2> along;   ///< share of the velocity that the slides take up
-  std::array<Scalar, 2> turned;  ///< of the slides, by the turning: how far they leave the plane that they span
+  std::array<Scalar, 2> turned;  ///< rotation of the slides out of the plane that they span
 
   MovedOf() = default;
   MovedOf(const ProximityOf<Scalar>& near, const Vector3Of<Scalar>& axis, const Vector3Of<Scalar>& point);
@@ -44,8 +44,8 @@ struct MovedOf {
 template <typename Scalar>
 Scalar second_derivative(const ProximityOf<Scalar>& near, const MovedOf<Scalar>& before, const MovedOf<Scalar>& after);
 
-/// Signed distance of the surfaces, m, negative by the depth of the overlap: exact but for cylinders that meet boxes or
-/// cylinders (see ShapeKind) and for a segment through a cylinder, where the depth may be told too large.
+/// Signed distance of the surfaces, m; negative by the depth of the overlap. Exact, with two exceptions: a cylinder and
+/// a box or another cylinder (see ShapeKind), and a segment through a cylinder, where the depth may be overestimated.
 template <typename Scalar>
 Scalar distance(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second, const PlacedOf<Scalar>& there);
 
@@ -57,7 +57,7 @@ template <typename Scalar>
 Scalar proximity_value(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second,
                        const PlacedOf<Scalar>& there);
 
-/// With all that derivatives need. The second shape must not be a half-space.
+/// With the data for derivatives. The second shape must not be a half-space.
 template <typename Scalar>
 ProximityOf<Scalar> proximity(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second,
                               const PlacedOf<Scalar>& there);

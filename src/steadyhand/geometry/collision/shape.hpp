@@ -14,7 +14,7 @@ enum class ShapeKind {
   kSphere,
   kCapsule,    ///< along z
   kBox,        ///< with its edges along x, y, z
-  kCylinder,   ///< along z; only spheres, capsules and half-spaces see its roundness, others its box
+  kCylinder,   ///< along z; only for spheres, capsules and half-spaces is it round, for others its box
   kHalfSpace,  ///< z <= 0; of the world only
 };
 
@@ -43,11 +43,11 @@ struct Shape {
   int corners() const;
   /// m, in the shape's frame; index below corners().
   Vector3 corner(int index) const;
-  /// Whether it is all that is near a point or a segment.
+  /// Whether it is all points within a radius of a point or a segment.
   bool is_round() const { return kind == ShapeKind::kSphere || kind == ShapeKind::kCapsule; }
   /// m, no point of the solid is further from the origin; infinite for a half-space.
   double extent() const;
-  /// All that is within `margin` (m, >= 0) of it, or a little more.
+  /// The shape grown by `margin` (m, >= 0), or a little more.
   Shape inflated(double margin) const;
 };
 
@@ -66,7 +66,7 @@ PlacedOf<Scalar> at_corner(const Shape& shape, const PlacedOf<Scalar>& there, in
   const Vector3 corner = shape.corner(index);
   PlacedOf<Scalar> result{there.p, Matrix3Of<Scalar>()};
   for (int i = 0; i < 3; ++i) {
-    if (corner[i] == 0.0) continue;  // only then is the column known
+    if (corner[i] == 0.0) continue;  // otherwise the column is not set
     for (int k = 0; k < 3; ++k) result.p[k] += there.R(k, i) * corner[i];
   }
   return result;
@@ -75,7 +75,7 @@ PlacedOf<Scalar> at_corner(const Shape& shape, const PlacedOf<Scalar>& there, in
 /// "sphere", "capsule", "box", "cylinder", "half_space".
 std::string_view to_string(ShapeKind kind);
 
-/// Whether sizes are finite and positive where they must be; the error says which is not and what would be right.
+/// Whether sizes are finite and positive where they must be; the error names the invalid value and the valid ones.
 Status check(const Shape& shape);
 
 }  // namespace steadyhand

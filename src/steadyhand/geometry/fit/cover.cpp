@@ -231,7 +231,7 @@ class LinkCover {
   }
 
  private:
-  using Labels = std::vector<int>;  ///< of each triangle, which solid holds it
+  using Labels = std::vector<int>;  ///< by triangle: the solid that contains it
 
   Vector3 middle(int t) const {
     const auto& [a, b, c] = mesh_.triangles[t];
@@ -325,7 +325,7 @@ class LinkCover {
     return points;
   }
 
-  /// Room taken from the probes by one solid beside others, whose distances from them are `others`.
+  /// Room that one solid takes from the probes, in addition to others whose distances to the probes are `others`.
   double cost_of(const Core& core, double radius, const Numbers& others) {
     distances(core, probes_, scratch_);
     taken_ = (gaps_ - (scratch_ - static_cast<float>(radius)).min(others)).max(0.0f);
@@ -446,7 +446,7 @@ class LinkCover {
         const Points own = corners_of(labels, i);
         if (own.empty()) continue;
         const bool known = solids.size() == static_cast<std::size_t>(count);
-        // Beside what stands already: the new ones before it, the last ones behind.
+        // Fit next to the solids that exist: new ones before index i, those of the last round after it.
         std::vector<Ball> beside = next;
         if (known) beside.insert(beside.end(), solids.begin() + i + 1, solids.end());
         next.push_back(fit(own, without(beside, beside.size()), known ? &solids[i] : nullptr, known ? 300 : 500));
@@ -502,7 +502,7 @@ class LinkCover {
   std::mt19937 random_;
   Points directions_;
   Cloud probes_;
-  Numbers gaps_, shares_, limits_, slopes_;  // of the probes; 1 / limit
+  Numbers gaps_, shares_, limits_, slopes_;  // by probe; slopes_ = 1 / limit
   Numbers scratch_, reach_, taken_, power_;
 };
 
@@ -537,7 +537,7 @@ Cover cover(const Surface& surface, const std::vector<CoverProbe>& probes, const
     if (settings.progress) settings.progress(static_cast<double>(count) / settings.most);
   }
   prove(surface, best.solids);
-  // What was grown for one triangle may hold all that another was there for.
+  // A solid that grew to contain one triangle may contain all triangles of another solid.
   for (std::size_t i = best.solids.size(); i-- > 0 && best.solids.size() > 1;) {
     std::vector<FittedSolid> others = best.solids;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));

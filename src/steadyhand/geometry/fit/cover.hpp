@@ -9,8 +9,8 @@
 
 namespace steadyhand {
 
-/// Where room counts that a cover takes. The ball about `point` (m, link's frame) is `gap` outside of what is to be
-/// covered; a cover that takes t (m) of that costs share * min(1, t / limit)^n + slope * t, n as in CoverSettings.
+/// A place where the room that a cover takes has a cost. `point` (m, link's frame) is `gap` (m) outside of the geometry
+/// to cover; a cover that takes t (m) of that costs share * min(1, t / limit)^n + slope * t, n as in CoverSettings.
 struct CoverProbe {
   Vector3 point;
   double gap = 0.0;
@@ -21,9 +21,9 @@ struct CoverProbe {
 struct CoverSettings {
   int most = 4;            ///< bodies
   bool boxes = true;       ///< besides spheres and capsules
-  double price = 0.0;      ///< of a body more, in the unit of the cost
-  double box_price = 0.0;  ///< of a box, besides
-  int squarings = 0;       ///< n = 3 * 2^squarings: the more, the less counts what only nearly touches
+  double price = 0.0;      ///< for each body, in the unit of the cost
+  double box_price = 0.0;  ///< extra for a box
+  int squarings = 0;       ///< n = 3 * 2^squarings: a larger n gives less weight to near contacts
   std::uint32_t seed = 1;
   std::function<void(double)> progress;  ///< 0 to 1
 };
@@ -36,7 +36,7 @@ struct Cover {
 
 /// Few solids of which one holds each triangle, or each of the pieces into which the triangle is cut: proven for the
 /// numbers that are written.
-/// @param last solids to begin from, beside others; may be none
+/// @param last solids to start from, in addition to others; may be empty
 Cover cover(const Surface& surface, const std::vector<CoverProbe>& probes, const CoverSettings& settings,
             const std::vector<FittedSolid>& last = {});
 

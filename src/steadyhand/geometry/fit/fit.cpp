@@ -24,12 +24,12 @@ namespace {
 constexpr double kPrice = 2e-4;      // share of free space that a body must be worth
 constexpr double kBoxPrice = 2e-4;   // and a box, whose distances take longer
 constexpr double kMargin = 0.02;     // m; pairs that cannot come so near are left out
-constexpr double kLeastCut = 0.004;  // of the volume, that a cut into convex parts must take away
+constexpr double kLeastCut = 0.004;  // share of the volume that a cut into convex parts must remove at least
 constexpr int kMostParts = 10;
-constexpr std::size_t kMostSearched = 60'000;  // of a link, that searching looks at
+constexpr std::size_t kMostSearched = 60'000;  // triangles of a link in the search
 
-/// What a cover is searched for: of very many triangles the convex parts, which are a little smaller (prove() is given
-/// the triangles).
+/// The surface that the search for a cover uses: the triangles, or, if they are too many, the convex parts. The parts
+/// are a little smaller (prove() uses the triangles).
 Surface searched(const Surface& surface, const std::vector<Hull>& parts) {
   if (surface.size() <= kMostSearched) return surface;
   Surface faces;
@@ -92,7 +92,8 @@ void judge(const UrdfChain& chain, const FitSettings& settings, const RowPairs& 
       last = {a.link, b.link};
       return true;
     });
-    // What the bodies call free is: they hold the parts. Unless a pair was left out, so a tenth is looked at.
+    // The bodies contain the parts, so a configuration without contact of bodies is free. A pair that was left out
+    // could break this, so every tenth such configuration is checked.
     if (!refused && c % 10 != 0) {
       ++result.free;
       continue;

@@ -14,10 +14,10 @@ namespace {
 
 constexpr double kNear = 0.06;          // m; links that come so near are worth room between them
 constexpr double kBall = 0.04;          // m, about the radius of an arm's tubes
-constexpr double kPartner = 0.5;        // of the room between two links, that the cover of one may take
+constexpr double kPartner = 0.5;        // share of the room between two links that the cover of one may take
 constexpr double kLeastLimit = 0.002;   // m
-constexpr std::size_t kProbes = 3000;   // of a link, at most
-constexpr std::size_t kAround = 500;    // probes all around a link, for whatever stands there
+constexpr std::size_t kProbes = 3000;   // per link, at most
+constexpr std::size_t kAround = 500;    // probes all around a link, for obstacles
 constexpr double kAroundWeight = 0.12;  // 1/m: share of free space that a metre of room all around counts
 
 }  // namespace

@@ -21,7 +21,7 @@ struct Part {
   double extent = 0.0;
 };
 
-using Poses = std::vector<Eigen::Isometry3d>;  ///< of all links of the chain, in the base
+using Poses = std::vector<Eigen::Isometry3d>;  ///< by link of the chain, base frame
 
 Poses poses_at(const RobotModel& model, const JointVector& q);
 
@@ -33,29 +33,29 @@ std::vector<Part> make_parts(const std::vector<FittedLink>& links, const UrdfCha
 
 Nearest nearest_of(const Part& a, const Part& b, const Poses& poses, double enough);
 
-/// Whether convex parts of two links touch that are no neighbours, but for these pairs of rows.
+/// Whether convex parts of two links that are not neighbours touch. The pairs of rows in `but` are not checked.
 bool parts_touch(const std::vector<Part>& parts, const Poses& poses, const RowPairs& but);
 
-/// Pairs of rows whose convex parts touch in each of some random configurations, as a shoulder in its torso's shell:
-/// the arm cannot help it.
+/// Pairs of rows whose convex parts touch in each of some random configurations, e.g. a shoulder in its torso's shell:
+/// the arm cannot avoid it.
 RowPairs links_together(const RobotModel& model, const std::vector<Part>& parts, std::uint32_t seed);
 
-/// Random configurations in which the convex parts are apart, but for these pairs of rows.
+/// Random configurations in which the convex parts are apart. The pairs of rows in `together` may touch.
 std::vector<Poses> free_poses(const RobotModel& model, const std::vector<Part>& parts, const RowPairs& together,
                               std::uint32_t seed, const std::function<void(double)>& progress);
 
-/// Pairs of rows that stand apart in every configuration, the first one nearer to the base. Of links with two joints
+/// Pairs of rows that are apart in every configuration, the first one nearer to the base. Only links with two joints
 /// between them: with more, the search does not end.
 RowPairs links_apart(const RobotModel& model, const std::vector<Part>& parts);
 
-/// The bodies of a link as they stand: a core's corners and a radius about them.
+/// The bodies of a link, placed: a core's corners and a radius about them.
 struct Fitted : Part {
   double radius = 0.0;
 };
 
 std::vector<Fitted> cores_of(const std::vector<FittedSolid>& solids, std::size_t row, const UrdfChain::Frame& frame);
 
-/// Where other links come near one of them: near their bodies, where they have some, else near their convex parts.
+/// Where other links come near one of them: near their bodies if they have some, otherwise near their convex parts.
 /// @param bodies by row
 std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& parts,
                                   const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,

@@ -224,7 +224,7 @@ Hull convex_hull(const Points& points) {
   if (points.size() > kExactPoints) return convex_hull(extreme_points(points, even_directions(kExactPoints)));
   double extent = 0.0;
   for (const Vector3& p : points) extent = std::max(extent, (p - points[0]).cwiseAbs().maxCoeff());
-  // Of those that are nearly one, one: between them faces would be all rounding.
+  // Keep one of several nearly equal points: faces between them would be only rounding errors.
   std::set<std::array<long, 3>> seen;
   Points single;
   for (const Vector3& p : points) {
@@ -289,7 +289,7 @@ struct Corner {
 
 struct Simplex {
   std::array<Corner, 4> corner;
-  std::array<double, 4> weight{};  // of the point nearest to the origin
+  std::array<double, 4> weight{};  // barycentric, of the simplex point nearest to the origin
   int size = 0;
 };
 

@@ -12,7 +12,7 @@ inline double uniform(std::mt19937& random) { return random() / 4294967296.0; }
 
 using Points = std::vector<Vector3>;  ///< m
 
-/// A convex polyhedron. Points nearer than a ten-thousandth of the extent have become one, and faces are those of
+/// A convex polyhedron. Points nearer than a ten-thousandth of the extent are merged, and faces are those of
 /// points moved by a millionth, so that none is degenerate: good for measures, not for proofs.
 struct Hull {
   Points corners;       ///< m

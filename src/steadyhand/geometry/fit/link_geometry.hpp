@@ -14,7 +14,7 @@
 
 namespace steadyhand {
 
-/// What one URDF link is made of, in its frame.
+/// The geometry of one URDF link, in its frame.
 struct LinkGeometry {
   std::string source;
   std::vector<Surface> pieces;

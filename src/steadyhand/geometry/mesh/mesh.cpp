@@ -167,7 +167,7 @@ Surface ball_surface(double radius) {
     }
     surface = std::move(finer);
   }
-  double inner = 1.0;  // of the ball within the faces' planes
+  double inner = 1.0;  // radius of the ball within the faces' planes
   for (const auto& [a, b, c] : surface) inner = std::min(inner, std::abs((b - a).cross(c - a).normalized().dot(a)));
   for (Triangle& triangle : surface) {
     for (Vector3& corner : triangle) corner *= radius / inner;

@@ -23,11 +23,11 @@ struct Painted {
   Surface surface;
 };
 
-/// Reads STL, OBJ, DAE or whatever else Assimp knows; node transforms are applied, Collada's units too, its up axis is
-/// not (as ROS does). Refuses, with the file's name and the reason: what cannot be read, has no triangles or more than
-/// kMaxTriangles, or a corner that is not finite or further away than 1 km.
+/// Reads STL, OBJ, DAE and the other formats of Assimp. Applies node transforms and Collada's units, but not Collada's
+/// up axis (as ROS does). Refuses, with the file's name and the reason: a file that cannot be read, that has no
+/// triangles or more than kMaxTriangles, or that has a corner that is not finite or further away than 1 km.
 Result<Surface> load_mesh(const std::filesystem::path& file);
-/// The same with what its materials look like; white where there are none.
+/// The same with the colours of its materials; white where there are none.
 Result<std::vector<Painted>> load_painted_mesh(const std::filesystem::path& file);
 
 // Solids about their frame's origin, as URDFs have them, by flat triangles that lie on or outside of them.

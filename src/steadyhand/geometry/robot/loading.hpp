@@ -22,17 +22,17 @@ struct RobotSettings {
     std::string name;                                          ///< for `pairs` and messages
     std::string link;                                          ///< URDF link, also one behind fixed joints
     Shape shape;                                               ///< not a half-space
-    Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape, in that link's frame
+    Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< pose of the shape in that link's frame
   };
 
   std::string name;                                         ///< empty: the URDF's
   std::string meshes;                                       ///< whose the page draws; empty: those of the robot's name
   std::filesystem::path urdf;                               ///< the file
   Xacro xacro = Xacro::kIfNamed;                            ///< whether xacro expands it
-  Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< of the URDF's root in the base, whose z is up
+  Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< pose of the URDF's root in the base, whose z is up
   std::string tool_name = "tool";                           ///< for messages
   std::string tool_link;  ///< URDF link that carries the tool and ends the chain; empty: the end of the longest chain
-  /// Where moving joints beside the chain stand, by name, rad (m); see read_urdf_chain.
+  /// Positions of moving joints that are not on the chain, by name, rad (m); see read_urdf_chain.
   std::map<std::string, double> locked;
   Eigen::Isometry3d tool_origin = Eigen::Isometry3d::Identity();  ///< in the frame of tool_link
   std::optional<std::vector<double>> home;                        ///< n, rad (m); absent: the middle of the limits

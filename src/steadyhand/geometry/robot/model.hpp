@@ -67,7 +67,7 @@ struct RobotModel {
   int dof() const { return static_cast<int>(joints.size()); }  ///< n
 };
 
-/// What a model lacks for doing what people expect of it, a line for each; most of all one that is a URDF and no more.
+/// What a model lacks for the usual functions, a line for each; most for a plain URDF without a robot file.
 std::vector<std::string> doubts_about(const RobotModel& model);
 
 /// The ball that holds every position the tool can take.

@@ -5,8 +5,8 @@
 
 namespace steadyhand {
 
-/// Why there is no such arm, or Done: for models that no file was read for. Sizes, finite numbers, limits, axes, and
-/// the links and bodies that bodies and pairs name. Where home lies is not looked at.
+/// Why the model is invalid, or Done: for models that are not read from a file. Sizes, finite numbers, limits, axes,
+/// and the links and bodies that bodies and pairs name. Does not check where home is.
 Status check(const RobotModel& model);
 
 }  // namespace steadyhand

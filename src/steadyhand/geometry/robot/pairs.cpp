@@ -13,7 +13,7 @@ namespace {
 constexpr int kPartingSamples = 1000;
 constexpr int kPartingAscents = 4;
 
-/// Pose of link `last` in link `first` when the joints between them stand at q.
+/// Pose of link `last` in link `first` with the joints between them at q.
 Eigen::Isometry3d pose_between(const RobotModel& model, int first, int last, const JointVector& q) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   for (int k = first; k < last; ++k) T = T * model.joints[k].origin * motion(model.joints[k], q[k - first]);

@@ -80,7 +80,7 @@ const urdf::Link* arm_end(const urdf::ModelInterface& model) {
   return end;
 }
 
-/// Reads one moving joint of the chain. `X_link_parent`: what fixed joints stand between.
+/// Reads one moving joint of the chain. `X_link_parent`: transform of the fixed joints in between.
 Result<Joint> read_joint(const std::string& file, const urdf::Joint& urdf_joint,
                          const Eigen::Isometry3d& X_link_parent) {
   const auto refuse = [&](const std::string& reason) {
@@ -177,14 +177,14 @@ Status check_origins_finite(const std::string& file, const urdf::ModelInterface&
   return Done{};
 }
 
-/// Where moving joints beside the chain stand.
+/// Positions of the moving joints that are not on the chain.
 class Locks {
  public:
   Locks(const std::string& file, const urdf::ModelInterface& model, const std::set<const urdf::Joint*>& chain,
         const std::map<std::string, double>& named)
       : file_(file), model_(model), chain_(chain), named_(named) {}
 
-  /// Why the names and values that were given cannot be.
+  /// The reason why a given name or value is not valid.
   Status check() const {
     for (const auto& [name, value] : named_) {
       const auto refuse = [&](const std::string& reason) {
@@ -201,7 +201,7 @@ class Locks {
     }
     return Done{};
   }
-  /// rad (m). `assumed` notes what nobody has said.
+  /// Position of the joint, rad (m). Adds it to `assumed` if it was not given.
   double at(const urdf::Joint& joint, std::map<std::string, double>& assumed) const {
     if (const auto found = named_.find(joint.name); found != named_.end()) return found->second;
     const urdf::JointMimic* mimic = joint.mimic.get();
@@ -233,7 +233,7 @@ class Locks {
   const std::map<std::string, double>& named_;
 };
 
-/// What a joint does at a value, rad (m).
+/// Transform of a joint at a position `value`, rad (m).
 Result<Eigen::Isometry3d> motion(const std::string& file, const urdf::Joint& joint, double value) {
   const Vector3 axis(joint.axis.x, joint.axis.y, joint.axis.z);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -251,7 +251,7 @@ Result<Eigen::Isometry3d> motion(const std::string& file, const urdf::Joint& joi
   return X;
 }
 
-/// Of every link, and which joints are taken to stand where.
+/// Adds the frames of all links, and the positions assumed for joints that are not on the chain.
 Status add_frames(const std::string& file, const urdf::ModelInterface& model, const Locks& locks,
                   const std::set<const urdf::Joint*>& on_chain, UrdfChain& chain) {
   for (const auto& [name, link] : model.links_) {

@@ -12,7 +12,7 @@
 
 namespace steadyhand {
 
-/// What a URDF says about one moving joint's limits; absent where it says nothing.
+/// Limits of one moving joint in a URDF; absent if the URDF has none.
 struct UrdfLimits {
   /// From a lower limit to an upper one.
   struct Range {
@@ -39,23 +39,23 @@ struct UrdfChain {
   std::vector<Joint> joints;            ///< n
   std::vector<UrdfLimits> limits;       ///< n
   std::vector<std::string> link_names;  ///< n + 1; first the root link, whose frame is the base
-  std::map<std::string, Frame> frames;  ///< of every link of the URDF
-  /// Moving joints beside the chain that nobody has placed, and where they are taken to stand, rad (m).
+  std::map<std::string, Frame> frames;  ///< by link of the URDF
+  /// Assumed positions, rad (m), of moving joints that are not on the chain and have no given position.
   std::map<std::string, double> assumed;
-  std::vector<std::string> notes;  ///< for people: what of the URDF was left out or may be meant otherwise, a line each
+  std::vector<std::string> notes;  ///< for users: parts of the URDF that were left out or are ambiguous, a line each
 };
 
-/// Continuous joints turn without end; the solver's bounds are finite. Their limit is so far out, 100 turns either way,
-/// that no session meets it.
+/// Continuous joints turn without end; the solver's bounds are finite. Their limit is 100 turns either way, which no
+/// session reaches.
 inline constexpr double kContinuousLimit = 200.0 * M_PI;
 
 /// Reads the chain from the root link to `tool_link`. Empty: the end of the chain with most moving joints, but no
-/// further than where, behind four of them, moving joints part ways, as a gripper's fingers do. Revolute, continuous,
+/// further than where moving joints branch after four of them, like a gripper's fingers. Revolute, continuous,
 /// prismatic and fixed joints, 1 to kMaxJoints moving ones, none of which mimics; an axis may miss unit length by 1 %
-/// and is normalised. A continuous joint has the limits of its limit element if that gives a range, else
+/// and is normalised. A continuous joint has the limits of its limit element if that gives a range, otherwise
 /// kContinuousLimit. Not read: dynamics.
-/// @param locked where moving joints beside the chain stand, rad (m), by name. One that mimics another follows it; the
-///        others stand at 0, or at their limit next to it.
+/// @param locked positions, rad (m), of moving joints that are not on the chain, by name. A joint that mimics another
+///        follows it; the others are at 0, or at the limit nearest to 0.
 Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link,
                                   const std::map<std::string, double>& locked = {}, Xacro xacro = Xacro::kIfNamed);
 

@@ -13,7 +13,7 @@ namespace steadyhand {
 
 namespace {
 
-/// Of a link of the URDF, in its frame.
+/// Inertia of a link of the URDF, in its frame.
 Inertia inertia_of(const urdf::Link& link) {
   if (!link.inertial) return {};
   const urdf::Inertial& read = *link.inertial;
@@ -27,7 +27,7 @@ Inertia moved(const Inertia& body, const Eigen::Isometry3d& X) {
   return {body.mass, X * body.center, X.linear() * body.about * X.linear().transpose()};
 }
 
-/// Of a point of this mass at d from an axis' origin, kg m^2.
+/// Inertia about the origin of a point mass at d, kg m^2.
 Matrix3 steiner(double mass, const Vector3& d) {
   return mass * (d.squaredNorm() * Matrix3::Identity() - d * d.transpose());
 }

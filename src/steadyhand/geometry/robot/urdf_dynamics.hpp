@@ -8,20 +8,20 @@
 
 namespace steadyhand {
 
-/// How a rigid body resists motion.
+/// Inertia of a rigid body.
 struct Inertia {
   double mass = 0.0;                 ///< kg
   Vector3 center = Vector3::Zero();  ///< m, of mass, in the body's frame
   Matrix3 about = Matrix3::Zero();   ///< kg m^2, about the centre of mass, in the body's axes
 };
 
-/// One body of two that are fixed to each other.
+/// Inertia of two bodies that are fixed to each other.
 Inertia operator+(const Inertia& one, const Inertia& other);
 
-/// What the motion of a chain takes, beside its kinematics.
+/// The data that the dynamics of a chain need in addition to its kinematics.
 struct ChainDynamics {
   std::vector<Inertia>
-      links;               ///< n + 1, first the base's, in the frames of the links; what is fixed to one counts to it
+      links;               ///< n + 1, first the base's, in the frames of the links; each with the bodies fixed to it
   JointVector effort_max;  ///< n, Nm (N)
 };
 

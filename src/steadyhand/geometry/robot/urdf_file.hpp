@@ -22,8 +22,8 @@ struct UnreadElement {
   std::string reason;   ///< for people
 };
 
-/// urdfdom's model of a URDF. urdfdom stops reading a link at the first element that it cannot read, and drops what
-/// comes after that. Here such an inertial or visual element is taken out first and added to `unread`, so that a link
+/// urdfdom's model of a URDF. urdfdom stops reading a link at the first element that it cannot read, and drops
+/// those after it. Here such an inertial or visual element is taken out first and added to `unread`, so that a link
 /// always has each of its collision elements; one of these that cannot be read is an error. Prints nothing.
 /// @param file for messages
 Result<urdf::ModelInterfaceSharedPtr> parse_urdf(const std::filesystem::path& file, const UrdfText& text,
@@ -35,16 +35,16 @@ Result<urdf::ModelInterfaceSharedPtr> parse_urdf(const std::filesystem::path& fi
 /// cannot be read, a missing mesh. Prints nothing.
 ///
 /// Mesh names are paths relative to the URDF's folder, file:// paths, or package://NAME/PATH, where the folder NAME is
-/// looked for in the URDF's folder and those above it; where there is none, PATH alone, as packages are copied under
-/// other names. Where there is no such file, %20 and the like are decoded.
-/// @param unread what was left out of links, as it cannot be read; nullptr: the caller needs neither
+/// looked for in the URDF's folder and those above it; if there is none, PATH alone, because packages are copied under
+/// other names. If there is no such file, %20 and the like are decoded.
+/// @param unread receives the elements that cannot be read; nullptr: the caller needs neither
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file, Xacro xacro = Xacro::kIfNamed,
                                                 std::vector<UnreadElement>* unread = nullptr);
 
 /// A pose of a URDF.
 Eigen::Isometry3d to_eigen(const urdf::Pose& pose);
 
-/// The file that a mesh's name in a URDF stands for, if there is one. folder: the URDF's, absolute
+/// The file that a mesh's name in a URDF refers to, if it exists. folder: the URDF's, absolute
 std::optional<std::filesystem::path> find_mesh(const std::filesystem::path& folder, const std::string& name);
 
 }  // namespace steadyhand

@@ -173,7 +173,7 @@ class UrdfReading {
     return text_.expanded ? file_ : fmt::format("{}:{}", file_, element.GetLineNum());
   }
 
-  /// Also of another prefix that stands for xacro's namespace, which xacro itself ignores.
+  /// Also finds macros with another prefix for xacro's namespace, which xacro itself ignores.
   Status check_for_macros(const XMLElement& element) {
     for (const auto* each = element.FirstAttribute(); each; each = each->Next()) {
       const std::string_view name = each->Name(), value = each->Value();

@@ -179,7 +179,7 @@ Result<std::string> expand_xacro(const std::filesystem::path& file) {
   Pipe::close_end(errors.write);
   std::string text, said;
   const bool whole = read_both(out, text, errors, said);
-  Pipe::close_end(out.read);  // so that it ends
+  Pipe::close_end(out.read);  // the child ends if it still writes
   Pipe::close_end(errors.read);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
