@@ -8,7 +8,7 @@ namespace steadyhand {
 namespace {
 
 constexpr double kLooksBack = 0.02;  ///< s, of LiquidState::lateral
-constexpr double kEmpty = 1e-9;      ///< of a full glass: rounding, and no liquid
+constexpr double kEmpty = 1e-9;      ///< share of a full glass; less is a rounding error, not liquid
 
 /// m^3, of a plane of this slope through the middle of a cylinder, between it and a lid `above` the middle.
 double volume_above(double radius, double slope, double above) {

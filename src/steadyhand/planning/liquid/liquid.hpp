@@ -34,13 +34,13 @@ double slosh_frequency(const GlassSettings& glass);
 /// Moving Containers", 2000): 0.006 for water in a drinking glass, so a wave takes seconds to die.
 double slosh_damping(const GlassSettings& glass);
 
-/// The liquid in the glass: its surface as a plane that swings.
+/// State of the liquid in the glass: the surface is a plane that swings.
 struct LiquidState {
   double tilt_x = 0.0;           ///< rad, tilt of the surface's normal about the glass's x axis
   double tilt_y = 0.0;           ///< rad, about its y axis
   double freeboard = 0.0;        ///< m, from the surface's highest point to the rim; negative: over the rim
   bool spilled = false;          ///< liquid has gone over the rim since the last reset
-  double spilled_share = 0.0;    ///< share that was lost of the liquid at the last reset
+  double spilled_share = 0.0;    ///< share of the liquid at the last reset that was lost
   double least_freeboard = 0.0;  ///< m, the smallest since the last reset: the largest wave
   /// m/s^2, lateral specific force, the largest of the last 20 ms and a little more: a reader at 60 Hz misses no peak.
   double lateral = 0.0;
@@ -58,7 +58,7 @@ class Liquid {
   /// At rest, nothing spilled. A glass that leans is as full as it can be, an upside-down one is empty.
   /// @param local_acceleration of the glass at rest, see update()
   void reset(const Vector3& local_acceleration = kGravity);
-  /// Moves on by dt s, of any length, in which the glass has this local acceleration R' (p'' + g), glass frame, m/s^2.
+  /// Advances by dt s, of any length, at this local acceleration R' (p'' + g) of the glass, glass frame, m/s^2.
   void update(double dt, const Vector3& local_acceleration);
 
   const LiquidState& state() const { return state_; }  ///< after the last update

@@ -50,7 +50,7 @@ class Lean final : public ConstraintFor<Lean> {
   }
 
  private:
-  static constexpr double kPriceOfHeight = 10.0;  ///< a lean is as dear as the wave that it brings at rest, and more
+  static constexpr double kPriceOfHeight = 10.0;  ///< a lean costs more than the wave that it causes at rest
   static constexpr double kNear = 0.1, kFar = 10.0;
 
   template <typename S>

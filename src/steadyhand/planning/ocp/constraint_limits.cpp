@@ -3,7 +3,7 @@
 namespace steadyhand {
 namespace {
 
-/// rad (m): a joint that is at its limit counts as if it had this much room, so that rounding asks for no hard braking.
+/// rad (m): room that a joint at its limit is assumed to have, so that rounding errors cause no hard braking.
 /// The check of plans tolerates ten times as much.
 constexpr double kLeastRoom = 1e-6;
 constexpr double kNarrowest = 1e-4;  ///< share of a limit that a narrowed range keeps
@@ -28,7 +28,7 @@ class StateLimits : public ConstraintFor<StateLimits> {
       if (any(select(acts > 0.0, inside - activation_margin(i), 0.0) < 0.0)) near[i] = 1;
     }
   }
-  /// Those of joints far from their limits need not be looked at.
+  /// Rows of joints far from their limits need no check.
   double activation_margin(int row) const override { return kFar * (upper_[row] - lower_[row]); }
 
   EntryRange support(int row, int /*dof*/) const override { return {entry(row), entry(row) + 1}; }
@@ -52,7 +52,7 @@ class StateLimits : public ConstraintFor<StateLimits> {
 };
 
 /// The limits of accelerations, narrowed at node 0 so that no joint passes its position limit within the first
-/// interval. At the nodes margins see to that; x_0 may be nearer.
+/// interval. At the nodes the margins ensure this; x_0 may be nearer.
 class AccelerationLimits final : public StateLimits {
  public:
   AccelerationLimits(ConstraintInfo info, const RobotModel& model, const OcpSettings& settings)
@@ -68,7 +68,7 @@ class AccelerationLimits final : public StateLimits {
     const double q = x0[row], dq = x0[rows() + row], most = model_.acceleration_max[row];
     // The limit ahead, seen in the direction of motion: what is narrowed is the upper bound, or the mirror's.
     const double room = std::max(0.0, dq > 0.0 ? model_.position_max[row] - q : q - model_.position_min[row]);
-    if (2.0 * room >= std::abs(dq) * dt_) return result;  // not passed before node 1, whose own limits tell
+    if (2.0 * room >= std::abs(dq) * dt_) return result;  // not passed before node 1, which has its own limits
     const double brake = std::min(dq * dq / (2.0 * (room + kLeastRoom)), (1.0 - kNarrowest) * most);
     const double least = std::min(brake + kNarrowest * most, most);  // the scaled limit gives way where it must
     if (dq > 0.0) return {std::min(result.lower, -least), std::min(result.upper, -brake)};

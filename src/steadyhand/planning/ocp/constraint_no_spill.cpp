@@ -10,8 +10,8 @@ namespace {
 constexpr double kFar = 1e6;  ///< inside the bound, where the liquid does not count
 
 /// sqrt(e_x^2 + e_y^2 + v_x^2 + v_y^2 + eps^2) - room for each mode, with e the wave along the glass's axes and v its
-/// rate as the height to which it swings: what is below the rim so at a node is so after it, too, while the glass moves
-/// evenly. It depends on the liquid's state alone. The small eps keeps it smooth where there is no wave.
+/// rate as the height to which it swings. A wave that is below the rim by this measure at a node stays below while the
+/// glass moves evenly. Depends only on the liquid's state. The small eps keeps it smooth where there is no wave.
 class NoSpill final : public ConstraintFor<NoSpill> {
  public:
   explicit NoSpill(const LiquidSettings& settings)
@@ -83,8 +83,8 @@ class NoSpill final : public ConstraintFor<NoSpill> {
   double price_;
 };
 
-/// The specific force of the interval before along the axis of the glass. A whole g less is as dear as a wave of the
-/// height of the radius.
+/// The specific force of the interval before along the axis of the glass. A deficit of 1 g costs as much as a wave
+/// as high as the radius.
 class HeldDown final : public ConstraintFor<HeldDown> {
  public:
   explicit HeldDown(const LiquidSettings& settings)

@@ -9,10 +9,9 @@
 namespace steadyhand {
 namespace {
 
-/// Gaps between a body and an obstacle each, or what stands for them between round ones (ProximityOf::value). Which
-/// pairs, the instance says. An obstacle is where its velocity will have brought it at the node's time; the joints up
-/// to the body's link move the body. What the tool carries moves as the tool does, and is seen from a body of the arm
-/// as a pair of bodies is.
+/// Each row is the distance between a body and an obstacle, or ProximityOf::value between round shapes. The instance
+/// lists the pairs. An obstacle moves at its velocity to the node's time; the joints up to the body's link move the
+/// body. Objects that the tool carries move with it; with a body of the arm they are treated like a pair of bodies.
 class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
  public:
   ObstacleClearance(const RobotModel& model, int rows)
@@ -58,7 +57,7 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
   static constexpr double kNear = 0.03;  // m, as for pairs of the arm's own bodies
   static constexpr double kFar = 1.0;    // m, of a row that is not used
 
-  /// That move the one as seen from the other.
+  /// Joints that move one relative to the other.
   EntryRange joints(const NearObstacle& near) const {
     if (near.body >= kMaxBodies) return {0, model_->dof()};
     const int link = model_->bodies[near.body].link;
@@ -76,7 +75,7 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
     if (near.obstacle.carried) return {model_->bodies[near.body].shape, node.arm.body(near.body)};
     return {near.obstacle.shape, placed_after(near.obstacle, node.time)};
   }
-  /// What the row moves: the whole, or a corner.
+  /// The moving solid of the row: the whole, or a corner.
   template <typename S>
   std::pair<Shape, PlacedOf<S>> moved(const NodeOf<S>& node, const NearObstacle& near) const {
     const Obstacle* carried = near.obstacle.carried     ? &near.obstacle

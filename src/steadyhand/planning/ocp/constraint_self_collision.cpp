@@ -10,9 +10,9 @@
 namespace steadyhand {
 namespace {
 
-/// Gaps of the pairs, or what stands for them between round bodies (ProximityOf::value). Joints up to the first body's
-/// link carry both, so only those between the two links change their distance: they move the second body, as seen from
-/// the first.
+/// Each row is the distance of a pair of bodies, or ProximityOf::value between round bodies. Joints up to the first
+/// body's link carry both, so only those between the two links change their distance: they move the second body
+/// relative to the first.
 class SelfCollision final : public ConstraintFor<SelfCollision> {
  public:
   explicit SelfCollision(const RobotModel& model)
@@ -82,8 +82,8 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     }
   }
 
-  /// A pair is near if the balls around it are, whatever the clearance, and then if it is itself. Most pairs are not:
-  /// several of one body are asked at once.
+  /// A pair is near if the balls around its bodies are, for any clearance, and then if the bodies are. Most pairs are
+  /// not near, so several pairs of one body are checked at once.
   void find_near(const NodeBatch& nodes, Lanes acts, char* near) const override {
     for (const Group& group : groups_) {
       const Vector3Of<Lanes> p = nodes.arm.body(group.first).p;
@@ -106,7 +106,7 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     return round ? kNear + 0.5 * kNear * kNear / rows_[row].radii : kNear;  // the value at that distance
   }
 
-  /// Moving joint m moves the second body alone, as seen from the first, and no point of it by more than its distance
+  /// Joint m moves only the second body relative to the first, and no point of it by more than its distance
   /// from the joint.
   JointVector levers() const override {
     const int n = model_->dof();
@@ -133,7 +133,7 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
   const Vector3Of<S>& second(const NodeOf<S>& node, int row) const {
     return node.arm.body(rows_[row].second).p;
   }
-  /// Of the value by that centre, for a pair of spheres.
+  /// Derivative of the value by the centre of the second sphere, for a pair of spheres.
   template <typename S>
   Vector3Of<S> sphere_gradient(const NodeOf<S>& node, int row) const {
     return (second(node, row) - node.arm.body(rows_[row].first).p) / S(rows_[row].radii);
@@ -144,7 +144,7 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     return proximity(model_->bodies[i].shape, node.arm.body(i), model_->bodies[j].shape, node.arm.body(j));
   }
 
-  /// What of a pair is looked at most: arms may have hundreds of pairs of spheres.
+  /// The data of a pair that are read most often: an arm may have hundreds of pairs of spheres.
   struct Row {
     int first, second;   ///< bodies
     EntryRange between;  ///< joints between their links

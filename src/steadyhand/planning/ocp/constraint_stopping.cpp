@@ -7,9 +7,10 @@ namespace {
 
 using std::abs;
 
-/// Where a joint comes to rest if it brakes as hard as the problem lets it, q + dq |dq| / (2 a), stays inside the
-/// position limits. Without it a plan may end, or pass a node, so fast towards a limit that no stop is left behind it.
-/// While dq keeps its sign and u its bounds the value moves with dq, so that what holds at the nodes holds between.
+/// Keeps the stopping position of each joint at the largest allowed deceleration, q + dq |dq| / (2 a), inside the
+/// position limits. Without it a plan may move so fast towards a limit, at its end or at a node, that the joint can no
+/// longer stop. While dq keeps its sign and u its bounds, the value moves with dq, so a bound at the nodes also holds
+/// between them.
 class Stopping final : public ConstraintFor<Stopping> {
  public:
   Stopping(const RobotModel& model, const OcpSettings& settings)

@@ -6,13 +6,13 @@
 
 namespace steadyhand {
 
-// Each has a file of its own, constraint_NAME.cpp. The model must outlive the constraint. default_constraints()
+// Each is in its own file, constraint_NAME.cpp. The model must outlive the constraint. default_constraints()
 // (ocp.cpp) lists them.
 std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_velocity_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_acceleration_limits(const RobotModel& model, const OcpSettings& settings);
-/// Where each joint comes to rest if it brakes at once, inside its position limits, rad (m). Null without a
-/// position_margin: the paper's problem does not have it.
+/// Keeps the position at which each joint stops if it brakes at once inside its position limits, rad (m). Null without
+/// a position_margin: the paper's problem does not have this constraint.
 std::shared_ptr<const Constraint> make_stopping(const RobotModel& model, const OcpSettings& settings);
 /// One row per pair of the model: gap >= 0, m.
 std::shared_ptr<const Constraint> make_self_collision(const RobotModel& model, const OcpSettings& settings);

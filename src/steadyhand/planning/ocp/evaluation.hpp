@@ -10,11 +10,11 @@ namespace steadyhand {
 template <typename Scalar>
 class SloshIntervalOf;
 
-/// The terms of one Ocp, evaluated node by node at the point that is set. Scratch of one thread; memory is taken by the
-/// constructor, nothing after it allocates. The Ocp and the instance must outlive it.
+/// The terms of one Ocp, evaluated node by node at the point that is set. Scratch of one thread; only the constructor
+/// allocates. The Ocp and the instance must outlive it.
 class Evaluation {
  public:
-  /// Takes the memory.
+  /// Allocates all memory.
   explicit Evaluation(const Ocp& ocp);
   ~Evaluation();
 
@@ -47,7 +47,7 @@ class Evaluation {
   /// All rows that act at node k, in the order of Ocp::constraints().
   const std::vector<ConstraintRow>& rows(int k) const { return rows_[k]; }
   double constraint(int k, ConstraintRow row) const;  ///< value of a row at node k
-  /// Between which it has to be.
+  /// Bounds of the row.
   Bounds bounds(int k, ConstraintRow row) const {
     const Constraint& constraint = *ocp_->constraints()[row.constraint];
     return k == 0 ? constraint.first_bounds(instance_->x0, row.row) : constraint.bounds(row.row);

@@ -3,9 +3,8 @@
 namespace steadyhand {
 namespace {
 
-/// How far the first acceleration is from that which the arm has until then: what the drives feel as a jolt. Whatever
-/// is followed of a plan begins with its first interval, so in closed loop each step that the arm makes has been
-/// weighed.
+/// The step from the arm's present acceleration to the first one of the plan: a jolt for the drives. The arm follows
+/// each plan from its first interval, so in closed loop every step that the arm makes has been weighted.
 class AccelerationStep final : public ObjectiveFor<AccelerationStep> {
  public:
   AccelerationStep()

@@ -15,7 +15,7 @@ class Lateral final : public LiquidObjective<0, 1> {
                          .at_rest_min = kAtRest}) {}
 
  private:
-  static constexpr double kAtRest = 10.0;  ///< spares the liquid as the arm comes to rest
+  static constexpr double kAtRest = 10.0;  ///< limits the motion of the liquid while the arm stops
 };
 
 }  // namespace

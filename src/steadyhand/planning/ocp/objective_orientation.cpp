@@ -40,7 +40,7 @@ class Orientation final : public ObjectiveFor<Orientation> {
     second.diagonal() -= Vector3Of<S>::Constant(second.trace());
     for (int j = 0; j < node.arm.dof(); ++j) {
       const Vector3Of<S> turned = -2.0 * (second * node.arm.axis(j));
-      // Joint i stands before joint j: d2M = [z_i]x [z_j]x M.
+      // Joint i is before joint j: d2M = [z_i]x [z_j]x M.
       for (int i = 0; i <= j; ++i) hessian(i, j) += node.arm.axis(i).dot(turned);
     }
   }
@@ -64,7 +64,7 @@ class Orientation final : public ObjectiveFor<Orientation> {
     return result;
   }
 
-  static constexpr double kAtRest = 50.0;  ///< rights the glass as the arm comes to rest
+  static constexpr double kAtRest = 50.0;  ///< turns the glass upright while the arm stops
 };
 
 }  // namespace

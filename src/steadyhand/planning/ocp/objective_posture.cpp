@@ -3,7 +3,7 @@
 namespace steadyhand {
 namespace {
 
-/// Towards the robot's home: what an arm with more joints than the task needs does with them.
+/// Towards the robot's home: sets the free motion of an arm with more joints than the task needs.
 class Posture final : public ObjectiveFor<Posture> {
  public:
   Posture()

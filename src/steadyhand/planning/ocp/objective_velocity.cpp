@@ -40,7 +40,7 @@ class Velocity final : public ObjectiveFor<Velocity> {
   }
 
  private:
-  static constexpr double kAtRest = 40.0;  ///< takes the arm's speed as it comes to rest
+  static constexpr double kAtRest = 40.0;  ///< slows the arm while it stops
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-// Each has a file of its own, objective_NAME.cpp; the equations are those of docs/explanation/formulation.md.
+// Each is in its own file, objective_NAME.cpp; the equations are in docs/explanation/formulation.md.
 // default_objectives() (ocp.cpp) lists them.
 std::shared_ptr<const Objective> make_position_objective();      ///< (p - p_ref)' diag(w) (p - p_ref), w: 3
 std::shared_ptr<const Objective> make_orientation_objective();   ///< ||(R - R_ref) diag(w)^(1/2)||_F^2, w: 3

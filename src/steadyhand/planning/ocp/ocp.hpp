@@ -23,56 +23,56 @@ using Objectives = std::vector<std::shared_ptr<const Objective>>;
 /// Makes a constraint for a robot, which must outlive it; null where the robot needs none.
 using ConstraintMaker = std::function<std::shared_ptr<const Constraint>(const RobotModel&, const OcpSettings&)>;
 
-/// Those of docs/explanation/formulation.md: a new one is added there (ocp.cpp), in one line.
+/// Objectives of docs/explanation/formulation.md. A new one is one line in ocp.cpp.
 Objectives default_objectives();
-/// More of them, which a problem has where its weights name them.
+/// Further objectives, which a problem has only if its weights name them.
 Objectives optional_objectives();
-/// Those of the formulation, likewise.
+/// Constraints of the formulation; a new one is one line, too.
 std::vector<ConstraintMaker> default_constraints();
 
 /// By name of an objective; one number applies to all of its entries.
 using Weights = std::map<std::string, std::vector<double>>;
 
-/// The liquid in the problem, which shall not be spilled.
+/// The liquid in the problem; it must not spill.
 struct LiquidSettings {
-  GlassSettings glass;  ///< that it is in
-  /// m, by which the wave of the first mode stays below the rim: crests stand above it. In a glass that is full nearly
-  /// to the rim three quarters of what is left, if that is less.
+  GlassSettings glass;  ///< its glass
+  /// m, margin of the first mode's wave below the rim, because crests are higher than that wave. In a nearly full
+  /// glass: three quarters of the freeboard, if that is less.
   double margin = 5e-3;
-  /// Frequencies of the liquids for which a plan is made, times the glass's.
+  /// Frequencies that a plan must suit, as factors of the glass's frequency.
   std::array<double, 3> frequencies = {0.97, 1.0, 1.03};
   double price = 200.0;  ///< units of the objective per m of wave above the margin, at each node
-  /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid comes loose.
+  /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid separates from the glass.
   double least_weight = 0.3;
   double lean_max = 20.0 * M_PI / 180.0;                   ///< rad, (0, pi/2]: of the glass's axis, from the vertical
   bool operator==(const LiquidSettings&) const = default;  ///< compares all members
 };
 
-/// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
+/// The optimal control problem as a profile file states it (profiles/*.yaml), and its terms.
 struct OcpSettings {
   int horizon = 8;                  ///< N, intervals, 1..kMaxHorizon
   double dt = 0.05;                 ///< s
   Weights weights;                  ///< an objective that is absent has weight 0
   double velocity_scale = 1.0;      ///< (0, 1], of the robot's velocity limits
   double acceleration_scale = 1.0;  ///< (0, 1], of the robot's acceleration limits
-  /// rad (m), by which the joints stay inside their position limits at the nodes; empty: not at all.
+  /// rad (m), margin inside the position limits at the nodes; empty: none.
   JointVector position_margin;
   /// Pairs of a body and an obstacle that one problem sees, the nearest ones; at most kMaxObstacleRows. 0: the problem
-  /// knows none. The check of the plan covers all pairs: kUsualObstacleRows are enough.
+  /// has none. The check of the plan covers all pairs: kUsualObstacleRows are enough.
   int obstacle_rows = 0;
   std::optional<LiquidSettings> liquid;                              ///< absent: a problem without liquid
   Objectives objectives = default_objectives();                      ///< at most kMaxObjectives, with different names
   std::vector<ConstraintMaker> constraints = default_constraints();  ///< with different names
 };
 
-/// Adds the optional objectives that the weights name and `objectives` has not.
+/// Adds the optional objectives that the weights name and `objectives` lacks.
 void add_optional_objectives(OcpSettings& settings);
 
-/// For an arm with more joints than a pose has numbers: `posture`, where the weights do not name it, so light that it
-/// decides only what the other terms leave open.
+/// For an arm with more joints than a pose has numbers: adds `posture` if the weights do not name it, with a weight so
+/// small that it affects only motions that the other terms leave free.
 void add_posture_where_redundant(OcpSettings& settings, const RobotModel& model);
 
-/// Why there is no such liquid, or Done.
+/// Why the liquid is invalid, or Done.
 Status check(const LiquidSettings& liquid);
 
 /// States and accelerations over the horizon.
@@ -103,7 +103,7 @@ class Ocp {
  public:
   /// With the settings' objectives and constraints. @pre check(settings)
   Ocp(const RobotModel& model, const OcpSettings& settings);
-  /// Why there is no such problem (horizon, dt, more than kMaxObjectives objectives, one that is null, a name that is
+  /// Why the problem is invalid (horizon, dt, more than kMaxObjectives objectives, one that is null, a name that is
   /// no word or is used twice, a number of weights that is none), or Done. Weights are checked by weights().
   static Status check(const OcpSettings& settings);
 

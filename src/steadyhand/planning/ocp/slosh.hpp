@@ -20,9 +20,9 @@ inline constexpr int kSloshStates = 4 * kSloshModes + 3;
 template <typename Scalar>
 using SloshStateOf = Eigen::Matrix<Scalar, kSloshStates, 1>;
 using SloshState = SloshStateOf<double>;  ///< at one node
-/// Where in a SloshState the deflection of a mode along an axis (0: x, 1: y) stands; its rate is the next one.
+/// Where in a SloshState the deflection of a mode along an axis (0: x, 1: y) is; its rate is the next one.
 constexpr int slosh_entry(int mode, int axis) { return 4 * mode + 2 * axis; }
-/// Where the force along an axis (0 to 2) stands.
+/// Where the force along an axis (0 to 2) is.
 constexpr int slosh_force_entry(int axis) { return 4 * kSloshModes + axis; }
 
 /// How the liquid's state goes over one interval of constant force, by the part of it along the axis of the glass:
@@ -35,8 +35,8 @@ struct SloshTransition {
   const double* mode(int i) const { return value.data() + kSize * i; }
 };
 
-/// One interval of the liquid's way, with derivatives at a state. The specific force f (3, tool frame, m/s^2) is that
-/// at the interval's middle, and constant.
+/// One interval of the liquid's motion, with derivatives at a state. The specific force f (3, tool frame, m/s^2) is
+/// constant, with its value at the interval's middle.
 struct SloshStep {
   Vector3 force = Vector3::Zero();  ///< f, m/s^2
   SloshTransition transition;       ///< at f_z
@@ -94,10 +94,10 @@ class SloshModel {
   double height_by_deflection_ = 0.0, height_by_force_ = 0.0, dt_ = 0.0;
 };
 
-/// What a problem knows of the liquid at its node 0.
+/// The problem's data of the liquid at node 0.
 struct LiquidInstance {
   SloshModel model;     ///< of intervals of the problem's dt
-  GlassSettings glass;  ///< that the model is of
+  GlassSettings glass;  ///< for the model
   /// False: the liquid does not count. Its rows are far inside their bounds, and a solver may leave out its states.
   bool counts = true;
   double room = 0.0;                      ///< m, how high a wave may be

@@ -21,23 +21,23 @@ template <typename Scalar>
 using NodeHessianOf = MotionHessianOf<Scalar>;
 using NodeHessian = NodeHessianOf<double>;  ///< at one node
 
-/// A body of the arm, or something that it carries, and an obstacle that it may come near; or a body of the arm and
-/// what the tool carries (Obstacle::carried). The time is that of the instance's node 0.
+/// A body of the arm, or an object that it carries, and an obstacle that it may come near; or a body of the arm and an
+/// object that the tool carries (Obstacle::carried). The time is that of the instance's node 0.
 struct NearObstacle {
   /// Body of the model; from kMaxBodies on, `carried` in its place; -1: none, and the other members are not used.
   int body = -1;
   Obstacle obstacle;   ///< the obstacle
-  double depth = 0.0;  ///< m, that the row may be below its bound: by so much it is at node 0
-  /// The ball around one corner of the core (Shape::corner) of what moves, the body or what is carried; -1: the whole.
-  /// Which corner is nearest changes where a flat or long body lies along what is flat, and with it where the distance
-  /// leads; a row for each corner does not.
+  double depth = 0.0;  ///< m, that the row may be below its bound: as much as it is at node 0
+  /// The ball around one corner of the core (Shape::corner) of the moving body or carried object; -1: the whole. When a
+  /// flat or long body lies along a flat obstacle, the nearest corner changes and the gradient jumps; a row for each
+  /// corner does not.
   int corner = -1;
   Obstacle carried{};  ///< by the tool
 };
 /// Rows that the constraint of obstacles has for them (OcpSettings::obstacle_rows).
 using NearObstacles = std::vector<NearObstacle>;
 
-/// What a term sees at one node of the horizon, or (Scalar = Lanes) at kLanes of them.
+/// The input of a term at one node of the horizon, or (Scalar = Lanes) at kLanes of them.
 template <typename Scalar>
 struct NodeOf {
   const KinematicsOf<Scalar>& arm;              ///< at q; with the motion (dq, u) where the term acts on intervals
@@ -65,7 +65,7 @@ enum class Nodes {
   kIntervals,  ///< k = 0..N-1
 };
 
-/// Weights among which a page lets its operator choose.
+/// Range of weights that a page offers to its operator.
 struct WeightRange {
   double min = 0.0;          ///< least
   double max = 100.0;        ///< most
@@ -94,11 +94,11 @@ struct ConstraintInfo {
 
 /// One summand of the stage cost, linear in its weights. Const in the loop; the solver multiplies by dt.
 ///
-/// A class of the caller's own gives its ObjectiveInfo to the constructor and has nodes(), weight_count(), and value,
-/// gradient and Hessian at one node. OcpSettings::objectives takes it.
+/// A user's class passes its ObjectiveInfo to the constructor and defines nodes(), weight_count(), and value, gradient
+/// and Hessian at one node. Add it to OcpSettings::objectives.
 ///
-/// Each function comes for one node and for a batch of nodes. A term that says nothing about batches works: its nodes
-/// are then computed one after another. Terms of this project are written once for both, see ObjectiveFor.
+/// Each function exists for one node and for a batch of nodes. The functions for batches are optional: without them the
+/// nodes are computed one after another. Terms of this project are written once for both, see ObjectiveFor.
 class Objective {
  public:
   virtual ~Objective() = default;
@@ -107,19 +107,19 @@ class Objective {
   virtual Nodes nodes() const = 0;                        ///< where it acts
   /// Number of weights for an arm of n joints, at most kMaxJoints.
   virtual int weight_count(int dof) const = 0;
-  /// Whether it looks at the arm's motion (velocities, accelerations of the tool).
+  /// Whether it uses the arm's motion (velocities, accelerations of the tool).
   virtual bool needs_motion() const { return nodes() == Nodes::kIntervals; }
   /// Whether for given q and dq the value is a convex quadratic function of u, whose Hessian add_convex_hessian()
   /// gives: then node 0, whose state is given, is computed once for all iterates.
   virtual bool quadratic_in_input() const { return false; }
 
-  /// What it adds to the stage cost.
+  /// Its part of the stage cost.
   virtual double value(const Node& node, const JointVector& weight) const = 0;
   /// Adds its derivative by z.
   virtual void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const = 0;
   /// Exact, upper triangle.
   virtual void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const = 0;
-  /// A positive semidefinite stand-in for the Hessian, for iterates where the exact one is of no use: Gauss-Newton
+  /// A positive semidefinite approximation of the Hessian, for iterates where the exact one is not usable: Gauss-Newton
   /// where the term is a sum of squares. The default takes the positive eigenvalues of the exact one.
   virtual void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const;
 
@@ -179,7 +179,7 @@ class ObjectiveFor : public Objective {
   const Term& term() const { return static_cast<const Term&>(*this); }
 };
 
-/// Between which a row has to be; infinite where there is none.
+/// Bounds of a row; infinite where there is none.
 struct Bounds {
   double lower;  ///< in the row's unit
   double upper;  ///< the same

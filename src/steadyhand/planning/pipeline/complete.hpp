@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-/// What the caller of a predictor need not say, as it follows from the problem and the arm: horizon, dt and reach.
+/// Sets the predictor's values that follow from the problem and the arm: horizon, dt and reach.
 PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, const Reach& reach);
 
 }  // namespace steadyhand

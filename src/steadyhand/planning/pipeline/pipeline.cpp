@@ -14,7 +14,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kUnitTolerance = 1e-3;     ///< of a quaternion's length
+constexpr double kUnitTolerance = 1e-3;     ///< for a quaternion's norm
 constexpr double kSlowest = 1e-3;           ///< Hz
 constexpr double kLongestLookAhead = 10.0;  ///< s
 const Time kFarthest = from_seconds(9e9);   ///< from the epoch: what is planned from here on still is a Time
@@ -102,7 +102,7 @@ JointCommand Pipeline::update(Time now) {
   now = newest_ = std::max(std::clamp(now, -kFarthest, kFarthest), newest_);
   if (fed_ && (!planned_ || now >= next_plan_)) {
     plan(now);
-    // In step with the first plan; after a pause what was missed is not made up for.
+    // In step with the first plan; plans missed in a pause are skipped.
     next_plan_ = planned_ && now < next_plan_ + period_ ? next_plan_ + period_ : now + period_;
     planned_ = true;
   }

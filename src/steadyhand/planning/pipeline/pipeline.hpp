@@ -12,19 +12,19 @@ namespace steadyhand {
 
 /// Settings of each stage; the defaults are the program's.
 struct PipelineSettings {
-  double rate_hz = 20.0;        ///< plans a second, that update() makes; 0.001 to 1e4
+  double rate_hz = 20.0;        ///< plans per second in update(); 0.001 to 1e4
   RetargetSettings retarget;    ///< from the hand to the target
   PredictorSettings predictor;  ///< horizon, dt and reach are set from the problem and the robot
   OcpSettings ocp;              ///< objectives, constraints, horizon
-  PlannerSettings planner;      ///< solver, and what plans are checked for
+  PlannerSettings planner;      ///< solver and check of plans
 
   PipelineSettings() = default;
-  /// As the profile has it: its problem, solver and tolerance.
+  /// Settings from a profile: its problem, solver and tolerance.
   explicit PipelineSettings(const Profile& profile);
 };
 
-/// From the operator's hand to joint commands: retargeting, prediction, planning and tracking, wired as the program
-/// wires them. The arm is taken to follow its commands. One thread; `make` takes the memory.
+/// From the operator's hand to joint commands: retargeting, prediction, planning and tracking, connected as in the
+/// program. Assumes that the arm follows its commands. One thread; `make` allocates all memory.
 ///
 ///     auto arm = open_pipeline("ur5e", "waiter");  // steadyhand/files.hpp
 ///     (*arm)->feed({{now, now}, X_operator_hand, clutch});
@@ -47,7 +47,7 @@ class Pipeline {
   /// time more than 9e9 s from the epoch.
   Status reset(const JointVector& q, Time now);
 
-  // ---- The steps that update() takes, for callers with a clock of their own.
+  // ---- The steps of update(), for callers with their own clock.
   /// A plan from `now` on, which is followed from then on.
   const Plan& plan(Time now);
   /// The followed plan at `now`.
@@ -58,13 +58,13 @@ class Pipeline {
   Retargeter& retargeter() { return retargeter_; }           ///< to change scale and axes
   Predictor& predictor() { return predictor_; }              ///< prediction of the target
   const Predictor& predictor() const { return predictor_; }  ///< prediction of the target
-  Planner& planner() { return *planner_; }                   ///< to change weights; what came of the last solve
-  const Planner& planner() const { return *planner_; }       ///< what came of the last solve
+  Planner& planner() { return *planner_; }                   ///< to change weights; result of the last solve
+  const Planner& planner() const { return *planner_; }       ///< result of the last solve
 
  private:
   Pipeline(std::unique_ptr<const RobotModel> model, const PipelineSettings& settings, std::unique_ptr<Planner> planner);
 
-  std::unique_ptr<const RobotModel> model_;  ///< stays where it is: planner and kinematics point to it
+  std::unique_ptr<const RobotModel> model_;  ///< must not move in memory: planner and kinematics point to it
   Time period_;
   Retargeter retargeter_;
   Predictor predictor_;

@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// How the arm shall follow: a profile file, profiles/NAME.yaml.
+/// How the arm follows the hand: a profile file, profiles/NAME.yaml.
 struct Profile {
   std::string name;                                       ///< in paths and tables
   std::string label;                                      ///< for people
@@ -21,12 +21,13 @@ struct Profile {
   double tolerance = 1e-6;                                ///< tolerance of the KKT conditions
 };
 
-/// Writes all that the profile says into the settings of the stages, and leaves the rest as it is.
+/// Writes the profile's values to the settings of the stages; other values do not change.
 void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings& predictor, OcpSettings& ocp,
            PlannerSettings& planner);
 
-/// Keys of profile files in which these differ so that each needs its own planner, comma-separated. Empty: one planner
-/// serves both; their weights, prediction and tilt, and whether the liquid counts, may change while the arm moves.
+/// Comma-separated keys of profile files whose values differ so that each profile needs its own planner. Empty: one
+/// planner serves both; their weights, prediction and tilt, and whether the liquid counts, may change while the arm
+/// moves.
 std::string planner_differences(const Profile& a, const Profile& b);
 
 }  // namespace steadyhand

@@ -24,7 +24,7 @@ LinkPairs levers(const RobotModel& model, const Obstacles& obstacles) {
     for (int i = j - 1; i >= 0; --i) {
       const bool slides = model.joints[i].type == JointType::kPrismatic;
       if (slides) length += std::max(std::abs(model.position_min[i]), std::abs(model.position_max[i]));
-      result(i, j) = slides ? 1.0 : result(i, j) + length;  // what a joint that slides moves goes as fast as the joint
+      result(i, j) = slides ? 1.0 : result(i, j) + length;  // a sliding joint moves all points at its speed
       length += model.joints[i].origin.translation().norm();
     }
   }
@@ -33,10 +33,10 @@ LinkPairs levers(const RobotModel& model, const Obstacles& obstacles) {
 
 namespace {
 
-/// m, of what is not there.
+/// m, where there are no bodies.
 constexpr double kFar = 1e6;
 
-/// Least sum of the radii of two bodies of two links: by so much their cores are further apart than their surfaces.
+/// Smallest sum of the radii of two bodies of two links: their cores are further apart than their surfaces by this.
 LinkPairs least_radii(const RobotModel& model, const Obstacles& obstacles) {
   LinkPairs least = LinkPairs::Constant(kFar);
   const auto include = [&](int row, int link, double radii) { least(row, link) = std::min(least(row, link), radii); };
@@ -59,15 +59,15 @@ LinkPairs least_radii(const RobotModel& model, const Obstacles& obstacles) {
   return least;
 }
 
-/// What points of link j do at most, as seen from link i or from an obstacle.
+/// Largest speed and acceleration of points of link j, relative to link i or to an obstacle.
 struct Motion {
   LinkPairs speed = LinkPairs::Zero();         ///< m/s
   LinkPairs acceleration = LinkPairs::Zero();  ///< m/s^2
 };
 
-/// While the joints are no faster than `speed`. As seen from link i the velocity of a point of link j is the sum over
-/// joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration the sum over joints k and l
-/// of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
+/// Bounds while the joints are no faster than `speed`. Relative to link i the velocity of a point of link j is the sum
+/// over joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration the sum over joints k
+/// and l of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
 Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration,
                const LinkLengths& obstacle_speed) {
   const int n = static_cast<int>(speed.size());
@@ -88,9 +88,8 @@ Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVec
   return most;
 }
 
-/// The smallest that gaps can be in the time h between two moments, by what the distances of cores tell; -kFar where
-/// they tell nothing: cores that may overlap have no distance, and of those that nearly touch others may come nearer
-/// than the nearest.
+/// Lower bound of gaps in the time h between two moments, from the distances of cores. -kFar where these give no bound:
+/// cores that may overlap have no distance, and if cores nearly touch, others may come nearer than the nearest.
 LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const LinkPairs& radii, const Motion& most,
                         double h) {
   const LinkPairs way = h * most.speed;
@@ -160,7 +159,7 @@ PlanFault GapsBetween::look(Moment& first, Moment& last, const JointVector& acce
   untold = untold && 0.5 * (first.gaps + last.gaps - way) < smallest_;
   if (!untold.any()) return PlanFault::kNone;
   first.gaps = untold.select(gaps_at(first, untold), first.gaps);
-  // Second derivatives tell nothing of gaps that are only known not to be less.
+  // Second derivatives give no bound for gaps of which only a lower bound is known.
   Moment begin = first, end = last;
   begin.gaps = untold.select(first.gaps, kFar);
   end.gaps = untold.select(last.gaps, kFar);
@@ -175,7 +174,7 @@ PlanFault GapsBetween::look_closer(const Moment& first, const Moment& last, cons
   LinkPairs least = 0.5 * (first.gaps + last.gaps - h * most.speed);
   if (contact(least, smallest_) == PlanFault::kNone) return PlanFault::kNone;
   least = least.max(least_between(first.gaps, last.gaps, radii_, most, h));
-  // Where cores may overlap, as they did when the plan began, no bound leads out of it; the moments have to do.
+  // Where cores may overlap, as at the plan's beginning, no bound holds in between; only the moments are checked.
   least = (smallest_ + radii_ < -tolerance_).select(smallest_, least);
   const PlanFault untold = contact(least, smallest_);
   if (untold == PlanFault::kNone || halvings == 0) return untold;

@@ -62,13 +62,13 @@ double LiquidEstimate::advance(JointVector& q, JointVector& dq, const JointVecto
     q += h * dq + 0.5 * h * h * u;
     dq += h * u;
   }
-  // A glass that falls or stands on its head lets the mode grow without bound, which it does not.
+  // In a falling or upside-down glass the mode would grow without bound; a real liquid does not.
   constexpr double kMost = 200.0;  // m/s^2
   state = state.cwiseMax(-kMost).cwiseMin(kMost);
   return highest;
 }
 
-/// After arm_.set_position: about the rest, each mode turns and fades.
+/// After arm_.set_position: each mode swings about its rest and decays.
 void LiquidEstimate::stand(double duration, SloshState& state) const {
   const Vector3 force = arm_.R().transpose() * kGravity;
   const SloshState rest = model_.at_rest(force);
@@ -167,7 +167,7 @@ double LiquidEstimate::finish(const Plan& plan, int first, double into, SloshSta
     highest = std::max(highest, advance(q, dq, plan.u[k], plan.dt - into, now));
     into = 0.0;
   }
-  // At rest the wave goes round its ellipse: no higher than what it is at rest, and the ellipse's half-axes together.
+  // With the arm at rest the wave follows an ellipse: at most its height at rest plus both half-axes of the ellipse.
   const SloshState rest = at_rest(plan.x[plan.intervals].head(n)), about = now - rest;
   for (int mode = 0; mode < kSloshModes; ++mode) {
     const auto [x, y, swing_x, swing_y] = model_.wave<double>(rest, mode);

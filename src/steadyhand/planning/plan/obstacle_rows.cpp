@@ -12,26 +12,26 @@ namespace steadyhand {
 
 namespace {
 
-constexpr int kMostParts = 9;   // of a body: the whole and its corners
+constexpr int kMostParts = 9;   // per body: the whole and its corners
 constexpr double kSame = 1e-6;  // m; gaps that differ by less are the same
 constexpr double kNear = 0.1;  // m; within a solve a plan goes further from its guess only where it is not yet near one
 
 using Solids = std::pair<Shape, Placed>;
 
-/// What a row moves: a body or what is carried, or the ball around a corner of it.
+/// The moving solid of a row: a body or a carried object, or the ball around one of its corners.
 Solids moved(const Kinematics& arm, const Obstacles& obstacles, int body, int obstacle, int corner) {
   const Solid part = solid(arm, obstacles, obstacles.list[obstacle].carried ? solid_of(obstacle) : body);
   if (corner < 0) return {part.shape, part.at};
   return {Shape::sphere(part.shape.radius), at_corner(part.shape, part.at, corner)};
 }
 
-/// What it moves against, t (s) after the motion's beginning: an obstacle, or a body of the arm that carries it.
+/// The other solid, t (s) after the motion's beginning: an obstacle, or a body of the arm that carries the object.
 Solids against(const Kinematics& arm, const ObstacleSweep& sweep, int body, int obstacle, double t) {
   if (sweep.obstacles().list[obstacle].carried) return {arm.model().bodies[body].shape, arm.body(body)};
   return {sweep.shape(obstacle), sweep.placed(obstacle, t)};
 }
 
-/// Whether one of these joints changes how near the second is to the first.
+/// Whether one of these joints changes the distance of the second solid to the first.
 bool can_part(const Kinematics& arm, EntryRange joints, const Solids& first, const Solids& second) {
   constexpr double kStill = 1e-6;  // m/rad (m/m)
   const ProximityOf<double> near = proximity(first.first, first.second, second.first, second.second);
@@ -51,7 +51,7 @@ ObstacleRows::ObstacleRows(const Ocp& ocp)
   if (!by_row_.empty()) pairs_.reserve((ocp.model().bodies.size() + kMaxCarried) * kMostParts * Obstacles::kMost);
 }
 
-/// To a half-space the corners of a flat or long body are all that matters; along a box they come beside the whole.
+/// For a half-space only the corners of a flat or long body matter; for a box they are added to the whole body.
 void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const RobotModel& model = ocp_.model();
@@ -83,7 +83,7 @@ void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& gues
       const bool of_whole = pair.corner >= 0 && whole && whole->body == pair.body && whole->obstacle == pair.obstacle;
       double least = pair.counts ? std::min(pair.gap, kNear) : kNear;
       if (of_whole && !whole->counts && apart < kNear) {
-        least = std::max(least, apart + 2.0 * kSame);  // told exactly where it is as near as the whole
+        least = std::max(least, apart + 2.0 * kSame);  // exact where a corner is as near as the whole
       } else if (of_whole && apart >= least) {
         continue;
       }
@@ -146,7 +146,7 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, Kinematics& sc
     near.obstacle = sweep.at_start(by_row_[i].obstacle);
     const bool of_arm = near.body < kMaxBodies;
     if (!of_arm) near.carried = obstacles.list[near.body - kMaxBodies];
-    // What has come over the arm may be left, and entered no further.
+    // If the arm is inside an obstacle, it may leave it but enter it no further.
     const Solids first = against(scratch, sweep, near.body, by_row_[i].obstacle, 0.0);
     const Solids second = moved(scratch, obstacles, near.body, by_row_[i].obstacle, near.corner);
     const double value = proximity_value(first.first, first.second, second.first, second.second);

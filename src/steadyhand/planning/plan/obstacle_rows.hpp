@@ -7,16 +7,16 @@
 
 namespace steadyhand {
 
-/// Which pairs of a body, or a corner of it, and an obstacle the next problem sees, and in which row: those that come
-/// nearest on the guess. What the tool carries is a body to other obstacles, and an obstacle to the arm's bodies.
-/// A pair that stays near keeps its row, so that the row's multipliers go on. Memory is taken by the constructor.
+/// Selects the pairs of a body, or one of its corners, and an obstacle for the next problem, and their rows: those that
+/// come nearest on the guess. An object that the tool carries is a body for other obstacles and an obstacle for the
+/// arm's bodies. A pair that stays near keeps its row and the row's multipliers. The constructor allocates all memory.
 class ObstacleRows {
  public:
   /// The Ocp must outlive it.
   explicit ObstacleRows(const Ocp& ocp);
 
-  /// Fills instance.near, whose x0 and clearance must be there, and forgets the multipliers of rows that stand for
-  /// another pair now.
+  /// Fills instance.near and forgets the multipliers of rows that now have another pair.
+  /// @pre instance.x0 and instance.clearance are set
   /// @param start time of the instance's node 0
   void choose(const Obstacles& obstacles, Time start, Kinematics& scratch, WarmStart& warm_start,
               OcpInstance& instance);
@@ -28,8 +28,8 @@ class ObstacleRows {
     int obstacle;
     int corner;  ///< NearObstacle::corner
     double gap;  ///< m, the smallest on the guess
-    /// Of a whole box to a box: whether somewhere on the guess no corner of it is as near. Else they tell all, and the
-    /// whole would tell it again with a derivative that jumps from edge to edge while it lies flat.
+    /// For a whole box to a box: whether somewhere on the guess the whole is nearer than all its corners. Otherwise the
+    /// corners suffice, and the whole would repeat them with a derivative that jumps between edges while it lies flat.
     bool counts = true;
   };
   void add_pair(const ObstacleSweep& sweep, int body, int obstacle);
@@ -38,8 +38,8 @@ class ObstacleRows {
   const Ocp& ocp_;
   int constraint_;            ///< index of theirs in Ocp::constraints(), where there are rows
   std::vector<Pair> pairs_;   ///< nearest first
-  std::vector<Pair> by_row_;  ///< whose row it is; body -1: nobody's
-  std::size_t used_ = 0;      ///< rows that are somebody's
+  std::vector<Pair> by_row_;  ///< the pair of each row; body -1: none
+  std::size_t used_ = 0;      ///< rows with a pair
 };
 
 }  // namespace steadyhand

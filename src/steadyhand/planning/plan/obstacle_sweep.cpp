@@ -13,7 +13,7 @@ namespace {
 Vector3 half_size(const Shape& shape, const Placed& at) {
   Vector3 half = Vector3::Constant(shape.radius);
   for (int i = 0; i < 3; ++i) {
-    if (shape.core[i] > 0.0) half += shape.core[i] * at.R.col(i).cwiseAbs();  // only then is the column known
+    if (shape.core[i] > 0.0) half += shape.core[i] * at.R.col(i).cwiseAbs();  // otherwise the column is not set
   }
   return half;
 }
@@ -47,7 +47,7 @@ void ObstacleSweep::find(double duration, double margin, const LinkLengths& stra
   for_each_solid(*model_, *obstacles_, [&](int i) {
     near_[i] = 0;
     const int link = i < kMaxBodies ? model_->bodies[i].link : model_->dof();
-    if (link == 0) return;  // the arm cannot help that something comes near its base
+    if (link == 0) return;  // the arm cannot avoid obstacles that come near its base
     for (int o = 0; o < obstacles_->count; ++o) {
       const Obstacle& obstacle = obstacles_->list[o];
       if (obstacle.carried || obstacle.ignores[i] || !may_meet(ways_[i], obstacle, duration, margin + stray[link]))

@@ -14,29 +14,29 @@ using LinkLengths = Eigen::Array<double, kMaxJoints + 1, 1>;
 /// Some of the links.
 using LinkMask = Eigen::Array<bool, kMaxJoints + 1, 1>;
 
-/// Which bodies of the arm, and of what it carries (solid_of), may come near which obstacles on a motion, told by boxes
-/// around the way of each whose edges are along the base's axes. What they leave out is not near; what they leave in
-/// may be. Allocates nothing.
+/// Which bodies of the arm, and of the objects it carries (solid_of), may come near which obstacles on a motion. The
+/// test uses boxes around the path of each, aligned with the base's axes. Pairs that it excludes are not near; the
+/// others may be. Allocates nothing.
 class ObstacleSweep {
  public:
   /// @param start time of the motion's beginning; the obstacles must outlive it
   ObstacleSweep(const RobotModel& model, const Obstacles& obstacles, Time start);
 
-  /// The arm passes here. Call set_position before.
+  /// Adds a position of the arm on the motion. Call set_position before.
   void pass(const Kinematics& arm);
-  /// Leaves each pair whose boxes are nearer than `margin` (m) in a motion of `duration` (s), on which no point of a
-  /// link is ever further than `stray` (m) from where it passed.
+  /// Finds each pair whose boxes are nearer than `margin` (m) in a motion of `duration` (s), on which no point of a
+  /// link is ever further than `stray` (m) from the positions of pass().
   void find(double duration, double margin, const LinkLengths& stray);
-  /// Remembers of what find() left the pairs that overlap by more than `overlap` (m) at the motion's beginning, where
-  /// the arm is now. Call set_position before.
+  /// Notes which pairs from find() overlap by more than `overlap` (m) at the motion's beginning, where the arm is now.
+  /// Call set_position before.
   void note_entered(const Kinematics& arm, double overlap);
 
   const Obstacles& obstacles() const { return *obstacles_; }  ///< all of them
   int count() const { return obstacles_->count; }             ///< of obstacles
-  const LinkLengths& fastest() const { return fastest_; }  ///< m/s, of what find() left of the obstacles, for each link
-  /// With its margin.
+  const LinkLengths& fastest() const { return fastest_; }     ///< m/s, of the obstacles from find(), by link
+  /// Shape of the obstacle, with its margin.
   const Shape& shape(int obstacle) const { return obstacles_->list[obstacle].shape; }
-  /// Where it is in the base, t (s) after the motion's beginning.
+  /// Its pose in the base, t (s) after the motion's beginning.
   Placed placed(int obstacle, double t) const { return placed_after(obstacles_->list[obstacle], since_ + t); }
   /// Whether it has a velocity.
   bool moves(int obstacle) const { return !obstacles_->list[obstacle].velocity.isZero(0.0); }
@@ -45,7 +45,7 @@ class ObstacleSweep {
   /// As it is at the motion's beginning.
   Obstacle at_start(int obstacle) const;
 
-  /// Calls f(body, obstacle) with each pair that find() left; no obstacle is one that is carried.
+  /// Calls f(body, obstacle) with each pair from find(); carried objects are never the obstacle.
   template <typename F>
   void for_each_near(const F& f) const {
     for_each_solid(*model_, *obstacles_, [&](int body) {
@@ -67,16 +67,16 @@ class ObstacleSweep {
   static_assert(Obstacles::kMost <= 64);
 };
 
-/// Kinds of obstacles as a body of the arm sees them: what it was in at the motion's beginning may be left and entered
-/// no further, which is no licence to enter others; what stands tells more of the time between two moments than what
-/// may move fast.
+/// Kinds of obstacles for a body of the arm. An obstacle that contains the body when the motion begins may be left but
+/// not entered further; others may not be entered. Stationary obstacles give tighter bounds between two moments than
+/// those that may move fast.
 enum ObstacleRow : int { kStanding, kMoving, kEnteredStanding, kEnteredMoving };
 inline constexpr int kObstacleRows = 4;  ///< how many kinds there are
 
-/// Smallest gaps of each link to obstacles of each kind, m; infinity where there is none, or nobody wants to know.
+/// Smallest gaps of each link to obstacles of each kind, m; infinity where there is none or it is not wanted.
 using ObstacleGaps = Eigen::Array<double, kObstacleRows, kMaxJoints + 1>;
 
-/// To what find() left of the obstacles, t (s) after the motion's beginning. Call set_position before.
+/// Gaps to the obstacles from find(), t (s) after the motion's beginning. Call set_position before.
 ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t, const LinkMask& wanted);
 
 }  // namespace steadyhand

@@ -36,10 +36,10 @@ bool beyond(const JointVector& value, const JointVector& lower, const JointVecto
   return ((value - lower).array() < -tolerance).any() || ((value - upper).array() > tolerance).any();
 }
 
-/// m/s, of the third joint's origin.
+/// Speed of the third joint's origin, m/s.
 double elbow_speed(const RobotModel& model, const JointVector& q, const JointVector& dq) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  Vector3 angular = Vector3::Zero(), linear = Vector3::Zero();  // of the joint's frame, in the base
+  Vector3 angular = Vector3::Zero(), linear = Vector3::Zero();  // velocity of the joint's frame, base frame
   for (int k = 0; k < std::min(3, model.dof()); ++k) {
     const Joint& joint = model.joints[k];
     const Eigen::Isometry3d next = pose * joint.origin;
@@ -59,8 +59,8 @@ double tool_speed(const Kinematics& kinematics, const JointVector& dq) {
   return speed.norm();
 }
 
-/// Leaves what the plan may come near from interval `first` on. No point strays further from where it is at a node than
-/// half of its way to the next one.
+/// Finds the pairs that the plan may bring near from interval `first` on. No point is further from its position at a
+/// node than half of its path to the next one.
 void find_near(const Plan& plan, int first, const LinkPairs& levers, Kinematics& arm, ObstacleSweep& sweep) {
   const int n = arm.dof();
   LinkLengths stray = LinkLengths::Zero();
@@ -93,7 +93,7 @@ PlanFault check_numbers(const Plan& plan, const StateVector& before, const PlanC
   if ((plan.x[0] - before).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kDiscontinuous;
   if (plan.x[plan.intervals].tail(n).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kNotAtRest;
 
-  // The state that the arm has now may be outside; what matters is where the plan leads: no further.
+  // The arm's present state may be outside the limits; the plan must not move further outside.
   const JointVector q0 = plan.x[0].head(n), fastest = model.velocity_max.cwiseMax(plan.x[0].tail(n).cwiseAbs());
   const JointVector lowest = model.position_min.cwiseMin(q0), highest = model.position_max.cwiseMax(q0);
   const int commands = static_cast<int>(std::ceil(dt * settings.command_rate_hz));
@@ -138,7 +138,7 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
   kinematics.set_position(start.q);
   if (obstacles.count > 0) sweep.note_entered(kinematics, settings.tolerance);
   start.gaps = gaps(kinematics, sweep, 0.0);
-  // What is beyond now may come back, and go no further.
+  // A value that is beyond its limit now may return, but not move further beyond it.
   const LinkPairs usual = -(settings.tolerance - start.gaps).max(settings.tolerance);
   LinkPairs smallest = usual;
   const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : kAnySpeed; };
@@ -153,7 +153,7 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
     if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
     return PlanFault::kNone;
   };
-  // What comes at the arm may come as near as if the arm braked at once, which it may always do.
+  // An obstacle that approaches the arm may come as near as if the arm braked at once, which is always allowed.
   const auto let_come = [&](const Moment& first_moment, const Moment& middle, const Moment& last_moment) {
     smallest = usual;
     for (const double t : {first_moment.t, middle.t, last_moment.t}) {

@@ -8,21 +8,21 @@
 
 namespace steadyhand {
 
-/// Limits of a plan. Those of joints and the pairs of bodies are the model's.
+/// Limits of a plan. Limits of joints and pairs of bodies are in the model.
 struct PlanCheckSettings {
   double command_rate_hz = 500.0;  ///< limits are checked at every command
-  double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit, or in contact, is none
-  /// m/s, of the tool at nodes and half-way, where the arm's own safety system has such a limit; 0: none.
+  double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): violations and overlaps up to this are ignored
+  /// m/s, of the tool at nodes and half-way, if the arm's own safety system has such a limit; 0: none.
   double tool_speed_max = 0.0;
   double elbow_speed_max = 0.0;  ///< m/s, the same of the elbow (the third joint)
 };
 
-/// Why a plan may not be followed: the first that was found.
+/// Why a plan may not be followed: the first fault found.
 enum class PlanFault {
-  kNone,           ///< it may
+  kNone,           ///< no fault
   kNotFinite,      ///< a number is not finite
   kNotAtRest,      ///< its end is not at rest
-  kDiscontinuous,  ///< it does not continue what is followed, or is no double integrator's
+  kDiscontinuous,  ///< it does not continue the followed plan, or is not a double integrator's
   kPosition,       ///< limit of a joint
   kVelocity,       ///< limit of a joint
   kAcceleration,   ///< limit of a joint
@@ -30,16 +30,16 @@ enum class PlanFault {
   kObstacle,       ///< a body overlaps an obstacle
   kToolSpeed,      ///< PlanCheckSettings::tool_speed_max
   kElbowSpeed,     ///< PlanCheckSettings::elbow_speed_max
-  kSpill           ///< a wave over the rim, which following on would not bring
+  kSpill           ///< a wave over the rim that the followed plan does not have
 };
-/// For people and recordings.
+/// Text for messages and recordings.
 std::string_view to_string(PlanFault fault);
 
-/// The last thing before a plan may be followed: finite numbers, states that obey the double integrator, position,
+/// The last check before a plan may be followed: finite numbers, states that obey the double integrator, position,
 /// velocity and acceleration limits of the model at every command, distances of bodies to each other and to obstacles
 /// at all times, and rest at the end. A plan that starts beyond one of these may move back, or stop
 /// there, but not further beyond. Moving obstacles may come as near as if the arm braked at once. Allocates nothing.
-/// @param before state at plan.start of what is being followed: the plan must continue it
+/// @param before state of the followed plan at plan.start: the plan must continue it
 PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
                      Kinematics& kinematics, const Obstacles& obstacles = kNoObstacles);
 

@@ -122,9 +122,9 @@ Status add_damping(Objectives& objectives) {
   return Done{};
 }
 
-/// A reference of which `position` wants more, for each metre, than a wave over the rim costs would buy it by spilling,
-/// and one far away has the arm come faster than it can stop within the horizon. So it is taken to be no further from
-/// the tool than where the two are alike.
+/// Limits the distance of the reference from the tool to where the gradient of `position` equals the price of a wave
+/// over the rim. Beyond that, spilling would cost less than the distance, and a far reference would make the arm too
+/// fast to stop within the horizon.
 void draw_near(const JointVector& q, Kinematics& arm, const Ocp& ocp, OcpInstance& instance) {
   double weight = 0.0;
   for (std::size_t i = 0; i < ocp.objectives().size(); ++i)
@@ -183,7 +183,7 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
 }
 
 void Planner::set_weights(std::span<const JointVector> weights) {
-  constexpr double kShare = 1e-6;  // of the largest: below it the solver may not reach its tolerance
+  constexpr double kShare = 1e-6;  // share of the largest weight; below it the solver may not reach its tolerance
   instance_.weights.assign(weights.begin(), weights.end());
   double least = kLeastDamping;
   for (const JointVector& weight : weights) {
@@ -252,15 +252,15 @@ const Plan& Planner::update(const Reference& reference) {
   obstacle_rows_->choose(settings_.obstacles, reference.start, kinematics_, *warm_start_, instance_);
   try {
     solver_->solve(instance_, warm_start_->guess(), warm_start_->multipliers(), settings_.budget, solution_);
-  } catch (...) {  // a third party's: it has failed, and the arm goes on along what was checked
+  } catch (...) {  // a third-party solver failed: the arm continues on the checked plan
     solution_.status = SolveStatus::kInvalid;
     solution_.iterations = 0;
   }
 
-  // Between the solution's last node and rest lies a stop that the problem does not know: it may need to begin earlier.
+  // The stop after the solution's last node is not part of the problem: it may need to start earlier.
   fault_ = PlanFault::kNotFinite;
-  // Without an iteration, for lack of time, what is feasible is the guess: nothing was planned. What violates the
-  // constraints least may pass the check: no arm is at once out of the way of what comes at it.
+  // If there was no time for an iteration, a feasible solution is only the guess: nothing was planned. An infeasible
+  // solution may pass the check: an arm cannot move out of the way of an obstacle at once.
   const bool improved = solution_.iterations > 0 &&
                         (solution_.status == SolveStatus::kFeasible || solution_.status == SolveStatus::kInfeasible);
   if (solution_.status == SolveStatus::kSolved || improved) {
@@ -286,8 +286,9 @@ SolveFigures Planner::figures() {
   return figures;
 }
 
-/// A solution may cut a corner between its nodes, or come so fast that no stop behind it is free, and so would the next
-/// ones: the arm would stand before a way that is free. Bodies stay further apart until one passes the check.
+/// A solution may cut a corner between its nodes, or be so fast that no stop after it is free. The next solutions would
+/// have the same fault, and the arm would stop although the path is free. Bodies are therefore kept further apart until
+/// a solution passes the check.
 void Planner::set_clearance(Time now) {
   constexpr double kFirst = 1e-3, kLeast = 1e-5;  // m
   constexpr double kForgotten = 0.2;              // s, after which it is less by the factor e
@@ -301,12 +302,12 @@ void Planner::set_clearance(Time now) {
   instance_.clearance = std::min(settings_.clearance + more, kMostClearance);
 }
 
-/// candidate_ is the longest part of the solution behind which a stop passes the check.
+/// Sets candidate_ to the longest part of the solution after which a stop passes the check.
 void Planner::find_plan(const Reference& reference) {
   return liquid_ && instance_.liquid.counts ? find_level_plan(reference) : find_any_plan(reference);
 }
 
-/// An even stop goes on along the way; a hard one is the shortest, for where that way is not free.
+/// An even stop continues along the path; a hard stop is the shortest, for where that path is not free.
 void Planner::find_any_plan(const Reference& reference) {
   for (const Braking braking : {Braking::kEven, Braking::kHard}) {
     for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
@@ -317,13 +318,13 @@ void Planner::find_any_plan(const Reference& reference) {
   }
 }
 
-/// The same with a stop that does not spill; where there is none, with that of the lowest wave.
+/// The same with a stop that does not spill, or, if there is none, the stop with the lowest wave.
 void Planner::find_level_plan(const Reference& reference) {
-  constexpr double kEven = 0.0, kPeriods[] = {1.0, 2.0, 3.0, kEven};  // of the stop
+  constexpr double kEven = 0.0, kPeriods[] = {1.0, 2.0, 3.0, kEven};  // durations of the stop, in periods
   struct {
     int intervals = 0;
     double periods = 0.0, wave = 0.0;
-  } least;  // of those that pass the check
+  } least;  // lowest wave among candidates that pass the check
   const auto make = [&](int intervals, double periods) {
     make_plan(reference, intervals);
     if (periods > 0.0) return make_level_stop(kinematics_, intervals, periods * liquid_->period(), candidate_);
@@ -347,7 +348,7 @@ void Planner::find_level_plan(const Reference& reference) {
       return;
     }
   }
-  // What is followed may be no better: then what rises above the rim is no reason to go on with it.
+  // If the followed plan has no lower wave, a wave above the rim is no reason to keep it.
   const double first = liquid_->walked(std::max(1, least.intervals));
   if (first > freeboard_ && first > liquid_->highest(plan_, instance_.liquid.state, reference.start)) {
     fault_ = PlanFault::kSpill;
@@ -385,8 +386,8 @@ void Planner::make_plan(const Reference& reference, int intervals) {
   candidate_.x[intervals] = solution_.trajectory.x[intervals];
 }
 
-/// Behind the first intervals all joints brake: evenly, as hard as the slowest of them can, but for those that would
-/// pass a position limit and brake sooner; or each as hard as it can.
+/// After the first intervals all joints brake. kEven: all in the time that the slowest to stop needs, except joints
+/// that would pass a position limit and brake sooner. kHard: each brakes as hard as it can.
 void Planner::make_stop(int intervals, Braking braking) {
   const int n = ocp_.dof();
   const double dt = ocp_.dt();

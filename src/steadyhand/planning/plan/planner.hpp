@@ -15,36 +15,36 @@ class LiquidEstimate;
 class ObstacleRows;
 class WarmStart;
 
-/// How plans are made, and what for they are looked at.
+/// Settings of the solver and of the check of plans.
 struct PlannerSettings {
   std::string solver = kDefaultSolver;  ///< see solver_names()
   double tolerance = 1e-6;              ///< tolerance of the KKT conditions, above 0, to 0.1
   SolveBudget budget;                   ///< iterations and time for each solve
-  PlanCheckSettings check;              ///< before a plan is given out
-  /// m, 0 to kMostClearance: how far apart bodies stay at the nodes, so that they do not meet between them, where the
-  /// optimal control problem does not look. A quarter of the smallest gap at home where that is less.
+  PlanCheckSettings check;              ///< check of a plan before it is followed
+  /// m, 0 to kMostClearance: smallest distance between bodies at the nodes. It prevents contact between the nodes,
+  /// where the optimal control problem has no constraints. A quarter of the smallest gap at home if that is less.
   double clearance = 2e-3;
-  /// What plans keep clear of at first. A problem that knows none gets kUsualObstacleRows for them.
+  /// Obstacles at the start. A problem without rows for obstacles gets kUsualObstacleRows.
   Obstacles obstacles;
 };
 
 /// Figures of a solve, as recorded.
 struct SolveFigures {
   double objective = 0.0;                       ///< J
-  std::array<double, kMaxObjectives> shares{};  ///< what each of Ocp::objectives() adds to J
+  std::array<double, kMaxObjectives> shares{};  ///< share of each of Ocp::objectives() in J
   int iterations = 0;                           ///< iterations of the solver
   double time_us = 0.0;                         ///< wall time
 };
 
-/// Model predictive control (receding horizon): takes the newest prediction, solves from where the arm will be by the
-/// plan that it follows, and gives out the next plan, checked and ending at rest. If solving or the check fails the
-/// last good plan stays in force; it ends at rest too. Planner thread. Memory is taken by make(); update() allocates
-/// nothing (what a third-party solver does inside is its own).
+/// Model predictive control (receding horizon): takes the newest prediction, solves from the state that the arm will
+/// have on the plan that it follows, and returns the next plan, which is checked and ends at rest. If solving or the
+/// check fails, the last good plan stays in force; it ends at rest too. Planner thread. make() allocates all memory;
+/// update() allocates nothing (a third-party solver may).
 class Planner {
  public:
   /// The model must outlive the planner. Fails with the reason on unknown names of solver or terms, on numbers out of
-  /// range, also of the model, on constraints whose rows, bounds or entries cannot be, and where making one throws.
-  /// Objectives without that of the joints' speeds get it, see set_weights().
+  /// range, also of the model, on constraints with invalid rows, bounds or entries, and if constructing one throws.
+  /// Adds the objective of joint speeds if it is missing, see set_weights().
   static Result<std::unique_ptr<Planner>> make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings);
 
@@ -52,11 +52,11 @@ class Planner {
 
   /// Resets the state: the arm is stationary at q.
   void reset(const JointVector& q, Time now);
-  /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
+  /// The arm follows this plan instead of the last one of update(); the next one continues it.
   void continue_from(const Plan& followed) { plan_ = followed; }
-  /// The arm, its plan and the liquid are where another planner knows them. Where that knows no liquid, it is at rest.
+  /// Takes the state of the arm, the plan and the liquid from another planner. If that has no liquid, it is at rest.
   void continue_from(const Planner& before);
-  /// The liquid's state at a time, as the arm really moved; from there on it goes along the plan that is followed.
+  /// Sets the liquid's state at a time, from the arm's real motion; from then on it is predicted on the followed plan.
   void set_liquid(const SloshState& state, Time at) {
     liquid_state_ = state;
     liquid_at_ = at;
@@ -69,14 +69,14 @@ class Planner {
   void set_weights(std::span<const JointVector> weights);
   static constexpr double kLeastDamping = 0.02;  ///< s/rad^2
 
-  /// What the next plans keep clear of. Fails, and changes nothing, on obstacles that cannot be, and on any where the
+  /// Obstacles for the next plans. Fails, and changes nothing, on invalid obstacles, and on any obstacle if the
   /// problem has no rows for them (OcpSettings::obstacle_rows).
   Status set_obstacles(const Obstacles& obstacles);
 
-  /// Another glass, or another fill. Fails, and changes nothing, on one that cannot be, and where the problem knows no
-  /// liquid (OcpSettings::liquid).
+  /// Another glass, or another fill. Fails, and changes nothing, on an invalid one, and if the problem has no liquid
+  /// (OcpSettings::liquid).
   Status set_glass(const GlassSettings& glass);
-  /// Whether the next plans shall not spill; at first they shall if the problem knows a liquid.
+  /// Whether the next plans must not spill. Default: true if the problem has a liquid.
   void set_no_spill(bool on) { instance_.liquid.counts = on && ocp_.liquid(); }
   /// m: the highest wave that the liquid's model foresees along plan() and after it; 0 without a liquid.
   double highest_wave() const { return highest_wave_; }
@@ -90,10 +90,10 @@ class Planner {
 
   const Plan& plan() const { return plan_; }  ///< the newest that may be followed
   const Ocp& ocp() const { return ocp_; }     ///< what is solved
-  // ---- about the last update: what was solved, from where, and what came of it
+  // ---- the last update: problem, guess and result
   const OcpInstance& instance() const { return instance_; }  ///< x_0, reference and weights
   const Trajectory& guess() const;                           ///< where the solver began
-  const Solution& solution() const { return solution_; }     ///< also of a plan that was refused
+  const Solution& solution() const { return solution_; }     ///< also if the plan was refused
   /// Of solution(). Evaluates the objectives; allocates nothing.
   SolveFigures figures();
   PlanFault fault() const { return fault_; }  ///< fault of the last candidate; kNone: it is plan()
@@ -122,7 +122,7 @@ class Planner {
   Evaluation evaluation_;        ///< of figures()
   double more_clearance_ = 0.0;  ///< m, since plans were refused for contact
   Plan plan_, candidate_;
-  // Of a problem with a liquid:
+  // For a problem with a liquid:
   std::unique_ptr<LiquidEstimate> liquid_;
   SloshState liquid_state_ = SloshState::Zero();  ///< at liquid_at_; on the way along plan_ from there on
   Time liquid_at_{0};

@@ -5,13 +5,13 @@
 
 namespace steadyhand {
 
-/// Shortest time in which all joints can come to rest from these velocities, s.
+/// Shortest time in which all joints can stop from these velocities, s.
 double stop_time(const RobotModel& model, const JointVector& dq);
 
 /// Where the joints are t (s) after they began to brake evenly, in stop_time(), from a position and velocity.
 JointVector straight_stop_at(const RobotModel& model, const JointVector& q, const JointVector& dq, double t);
 
-/// A plan in which all joints brake evenly from a command on, so that the arm stays on its course: in `duration` s, or
+/// A plan in which all joints brake evenly from a command on, so that the arm stays on its path: in `duration` s, or
 /// in stop_time() if that is longer, or in 1 ms. Unchecked. Allocates nothing.
 void make_straight_stop(const RobotModel& model, const JointCommand& from, double duration, Plan& plan);
 

@@ -34,8 +34,8 @@ JointVector velocity_at(const Trajectory& trajectory, double dt, double t) {
 
 }  // namespace
 
-/// An arm that is faster or slower at the start than the solution has it comes to its velocities in the first interval.
-/// What the last solution does not cover goes on at constant velocity.
+/// If the arm is faster or slower at the start than the solution, it takes the solution's velocities in the first
+/// interval. After the end of the last solution the velocity is constant.
 void WarmStart::shift(const StateVector& x0, Time start) {
   const double dt = ocp_.dt(), shift = to_seconds(start - last_start_);
   const int n = ocp_.dof();
@@ -48,7 +48,7 @@ void WarmStart::shift(const StateVector& x0, Time start) {
   if (known_) shift_multipliers(shift / dt);
 }
 
-/// Between two nodes the multipliers go over linearly; those of the last node stand for what comes after it.
+/// Interpolates the multipliers linearly between nodes; after the last node its multipliers are used.
 void WarmStart::shift_multipliers(double intervals) {
   const int N = ocp_.horizon();
   multipliers_.clear();

@@ -5,13 +5,13 @@
 namespace steadyhand {
 
 /// The last solution as the start of the next solve, which begins any time later: accelerations and multipliers
-/// shifted by that time. Memory is taken by the constructor. The Ocp must outlive it.
+/// shifted by that time. The constructor allocates all memory. The Ocp must outlive it.
 class WarmStart {
  public:
   /// For solutions of this problem.
   explicit WarmStart(const Ocp& ocp);
 
-  /// Nothing is known: stand still, no multipliers.
+  /// Starts without a solution: a stationary arm, no multipliers.
   void reset(Time now);
   /// @param start time of the solution's node 0
   void keep(const Solution& solution, Time start);
@@ -19,7 +19,7 @@ class WarmStart {
   /// is taken for its first node.
   void shift(const StateVector& x0, Time start);
 
-  /// The row stands for something else now: what shift() made of its multipliers is void.
+  /// The row now has another meaning: discards its multipliers from shift().
   void forget(int constraint, int row);
 
   /// As shift() left it.

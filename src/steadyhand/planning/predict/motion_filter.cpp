@@ -7,12 +7,12 @@ namespace steadyhand {
 
 namespace {
 
-// Found on half of the hands of bench/carrying.py, and judged on the other half.
-constexpr double kNoise = 0.002;             // m, of what is measured
+// Fitted on half of the hands of bench/carrying.py, validated on the other half.
+constexpr double kNoise = 0.002;             // m, of the measurements
 constexpr double kAcceleration = 6.0;        // m/s^2, RMS
-constexpr double kCorrelated = 0.4;          // s, in which accelerations decay
-constexpr double kVelocityStays = 0.4;       // s, in which a hand's velocity decays
-constexpr double kAccelerationStays = 0.05;  // s, and its acceleration
+constexpr double kCorrelated = 0.4;          // s, decay time of accelerations
+constexpr double kVelocityStays = 0.4;       // s, decay time of a hand's velocity
+constexpr double kAccelerationStays = 0.05;  // s, of its acceleration
 constexpr double kFirstVelocity = 0.3;       // m/s
 constexpr double kFirstAcceleration = 3.0;   // m/s^2
 
@@ -24,7 +24,7 @@ struct SpreadLaw {
     return std::hypot(noise, (rest + speed * velocity + change * acceleration) * std::pow(std::max(0.0, t), growth));
   }
 };
-// Found on the training hands of bench/carrying.py at the scale of the tool, so that the shares inside 1 and 2 of them
+// Fitted on the training hands of bench/carrying.py at the scale of the tool, so that the shares inside 1 and 2 of them
 // are those of a normal distribution; docs/reference/profiles.md has the shares on the others.
 constexpr SpreadLaw kAlong{0.135e-3, 0.0109, 0.306, 0.0756, 1.51}, kAcross{0.135e-3, 0.0083, 0.0868, 0.0640, 1.526};
 

@@ -10,7 +10,7 @@ bool is_finite(const Pose& pose) {
   return pose.p.allFinite() && std::abs(pose.q.squaredNorm() - 1.0) < 1e-3;  // false for NaN
 }
 
-/// When the target's pose is true: a device that predicts its poses has done a part of the predictor's work.
+/// Time for which the target's pose holds: a device that predicts its poses does a part of the prediction.
 Time time_of(const Target& target) { return target.stamp.hand + target.look_ahead; }
 
 }  // namespace

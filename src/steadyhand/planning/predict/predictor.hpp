@@ -13,24 +13,24 @@ enum class Prediction {
   kConstantVelocity,  ///< along a straight line, as in the paper
   kDecaying           ///< with velocity and acceleration of a Kalman filter, which decay: MotionFilter
 };
-/// As profiles name it.
+/// Its name in profiles.
 std::string_view to_string(Prediction prediction);
-/// Absent: there is none of this name.
+/// Absent if the name is unknown.
 std::optional<Prediction> prediction_of(std::string_view name);
 
 /// A Kalman filter of a pose with its velocity and acceleration: the Singer model, in which accelerations come at
-/// random and decay. Stamps may be uneven: what comes after a stall counts for as much as it then tells. Positions and
-/// turns have the same ratio of noise to acceleration, and so the same gains. Allocates nothing.
+/// random and decay. Stamps may be uneven: a sample after a stall gets the weight that fits the gap. Positions and
+/// rotations have the same ratio of noise to acceleration, and so the same gains. Allocates nothing.
 class MotionFilter {
  public:
-  /// At rest here.
+  /// Starts at rest at this pose.
   void start(const Pose& pose);
-  /// What was measured, and how long after the last, s (0 or more).
+  /// A measurement, and the time since the last one, s (0 or more).
   void update(const Pose& pose, double elapsed);
 
-  /// Where it will be, s after the last measurement: velocity and acceleration decay, because hands stop.
+  /// Predicted pose, s after the last measurement: velocity and acceleration decay, because hands stop.
   Pose ahead(double t) const;
-  /// How far off ahead(t).p may be. It grows with the time, and with how fast the hand is and how fast that changes.
+  /// Uncertainty of ahead(t).p. It grows with the time and with the hand's speed and acceleration.
   Spread spread(double t) const;
   const Vector3& velocity() const { return velocity_; }                  ///< m/s
   const Vector3& angular_velocity() const { return angular_velocity_; }  ///< rad/s, in the frame of the pose
@@ -47,7 +47,7 @@ Vector3 rotation_vector(const Quaternion& q);
 /// Inverse of rotation_vector.
 Quaternion rotation(const Vector3& vector);
 
-/// How far and from what is predicted. complete() sets horizon, dt and reach from the problem and the arm.
+/// Horizon and model of the prediction. complete() sets horizon, dt and reach from the problem and the arm.
 struct PredictorSettings {
   int horizon = 8;                                   ///< N, nodes of the reference; at most kMaxHorizon
   double dt = 0.05;                                  ///< s between them
@@ -56,13 +56,13 @@ struct PredictorSettings {
   /// position 0.1 s ahead is off by 20 mm RMS with 0.10 s, 17 mm with 0.06 s and 15 mm with 0.03 s.
   double window = 0.06;
   double max_gap =
-      0.25;  ///< s without targets after which the hand counts as lost: it rests, and starts again from rest
+      0.25;  ///< s without targets after which the hand counts as lost: it is at rest, and starts again from rest
   Vector3 reach_center = Vector3::Zero();  ///< m, base frame
   double reach = 1e9;                      ///< m, about reach_center: positions beyond are clipped to it
 };
 
 /// Prediction of the hand, clipped to the arm's reach: from the newest target on constant velocity along a straight
-/// line and constant angular velocity, or what MotionFilter says. Constant velocities are slopes of weighted
+/// line and constant angular velocity, or by MotionFilter. Constant velocities are slopes of weighted
 /// least-squares lines through the targets of the last `window` seconds, at their own time stamps, so that noise and
 /// uneven stamps do little; the weight falls linearly from 1 at the newest target to 0 at the window's far end, so that
 /// the velocity lags little. A window that holds fewer than three targets grows to hold three. After engaging the
@@ -77,21 +77,21 @@ class Predictor {
     settings_.horizon = horizon;
     settings_.dt = dt;
   }
-  /// Knows no target yet.
+  /// Has no target yet.
   explicit Predictor(const PredictorSettings& settings) : settings_(settings) {}
 
-  /// The next target. Dropped: one that is not newer than the last, unless it is older by more than max_gap, when the
-  /// clock was set back, and one that is not finite. A disengaged one forgets the motion.
+  /// Adds the next target. Drops a target that is not finite, or not newer than the last, unless it is older by more
+  /// than max_gap (the clock was set back). A disengaged target clears the motion.
   void update(const Target& target);
   /// Predicted target at time t; not clipped. Before any target: the identity.
   Pose at(Time t) const;
-  /// How far off at(t).p may be; not known of constant velocities, and before any target.
+  /// Uncertainty of at(t).p; not known for constant velocities and before any target.
   Spread spread(Time t) const;
   /// Nodes 1..N at start + k * dt. Before any target: nodes = 0. If the newest target is older than max_gap at the
   /// start: at rest where the hand was seen last.
   Reference predict(Time start) const;
 
-  const Target& newest() const { return newest_; }  ///< the last that was not dropped
+  const Target& newest() const { return newest_; }  ///< the last target that was not dropped
   Vector3 velocity() const;                         ///< m/s, base frame
   Vector3 angular_velocity() const;                 ///< rad/s, base frame
 

@@ -70,7 +70,7 @@ Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_
 }
 
 void Retargeter::latch_newest() {
-  if (engaged_ && leader_ == Leader::kPolicy) return;  // scale and axes are none of its
+  if (engaged_ && leader_ == Leader::kPolicy) return;  // scale and axes do not apply to a policy
   X_operator_hand0_ = X_operator_hand_;
   X_base_tool0_ = X_base_target_;
 }
@@ -88,22 +88,22 @@ void Retargeter::set_yaw(double yaw) {
   q_base_operator_ = Eigen::AngleAxisd(yaw, Vector3::UnitZ());
 }
 
-/// q, leaned back about a level axis as far as tilt_max asks for.
+/// q, rotated back about a horizontal axis until it is within tilt_max.
 Quaternion Retargeter::righted(const Quaternion& q, Time now) {
   constexpr double kRate = 1.0;  // rad/s
   const double angle = lean(q), way = kRate * std::max(0.0, to_seconds(now - tilted_at_));
   tilted_at_ = now;
-  // While more is allowed than the hand leans the limit is where the hand is: it closes in from there.
+  // If the limit allows more than the hand's lean, it is set to that lean and decreases from there.
   const double from = std::min(tilt_max_, std::max(angle, settings_.tilt_max));
   tilt_max_ = std::clamp(settings_.tilt_max, from - way, from + way);
   if (angle <= tilt_max_) return q;
   const Vector3 axis = q * Vector3::UnitZ();
   const Vector3 level = axis.cross(Vector3::UnitZ());
-  if (level.norm() < 1e-6) return q;  // on its head: there is no way that is shorter than others
+  if (level.norm() < 1e-6) return q;  // upside down: no direction is the shortest
   return (Quaternion(Eigen::AngleAxisd(angle - tilt_max_, level.normalized())) * q).normalized();
 }
 
-/// Between where the tool was at engagement and where the policy wants it, more and more there.
+/// Blend from the tool's pose at engagement to the policy's pose.
 Pose Retargeter::blended(const Pose& X_base_policy, Time now) const {
   const double elapsed = std::max(0.0, to_seconds(now - engaged_at_));
   if (elapsed >= blend_) return X_base_policy;

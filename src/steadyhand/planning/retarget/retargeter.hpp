@@ -4,7 +4,7 @@
 
 namespace steadyhand {
 
-/// In which axes the hand's motion since engagement becomes the tool's.
+/// Axes in which the hand's motion since engagement is applied to the tool.
 enum class MotionFrame {
   kBase,  ///< axes of the room: operator's axes, turned by yaw, are the base's
   kTool,  ///< axes of the held object: the hand's axes at engagement are the tool's at engagement
@@ -13,20 +13,20 @@ enum class MotionFrame {
 /// s, RetargetSettings::ramp of live sessions.
 inline constexpr double kLiveRamp = 0.5;
 
-/// How the hand's motion becomes the tool's.
+/// How the hand's motion is mapped to the tool.
 struct RetargetSettings {
   /// Metres of the tool per metre of the hand; > 0. Half, because people walk about and the arm does not.
   double scale = 0.5;
   /// Turn of the operator's axes about base z, rad. By default the operator's left is the arm's forward and their
-  /// forward the arm's right: what reaching hands do most then stays away from the base axis.
+  /// forward the arm's right: the most frequent hand motions then stay away from the base axis.
   double yaw = -M_PI / 2;
   MotionFrame translation_frame = MotionFrame::kBase;  ///< axes of the hand's displacement
   MotionFrame rotation_frame = MotionFrame::kBase;     ///< axes of its rotation
   /// s after engagement in which the share of the hand's motion that the tool follows grows from 0 to all; what it did
   /// not follow is left behind, as by a clutch. 0: follow at once.
   double ramp = 0.0;
-  /// rad: how far the target's z axis may lean from the vertical, 0 to pi. A larger lean of the hand is left out; its
-  /// rotation about the vertical stays. 0: upright. pi: the hand may pour.
+  /// rad: how far the target's z axis may lean from the vertical, 0 to pi. A larger lean of the hand is limited; its
+  /// rotation about the vertical is kept. 0: upright. pi: the hand may pour.
   double tilt_max = M_PI;
   bool accept_emulated = false;  ///< follow poses whose position the headset guesses (WebXR emulatedPosition)
 };
@@ -59,10 +59,10 @@ class Retargeter {
   /// Releases: the next good sample engages again.
   void release() { engaged_ = false; }
 
-  /// For motion from here on: the target does not step. @param scale > 0
+  /// For later motion: the target does not step. @param scale > 0
   void set_scale(double scale);
   void set_yaw(double yaw);  ///< rad
-  /// rad. From one to the other the target goes at no more than a radian per second.
+  /// rad. The target moves to a new limit at no more than a radian per second.
   void set_tilt_max(double tilt) { settings_.tilt_max = tilt; }
 
   static constexpr double kBlendSpeed = 0.25;    ///< m/s
@@ -72,7 +72,7 @@ class Retargeter {
   Pose blended(const Pose& X_base_policy, Time now) const;
   void latch_newest();
   bool follows(const OperatorSample& sample) const;
-  /// Where the tool goes with the hand, from the latched poses; `share` of the motion.
+  /// Tool pose for the hand, from the latched poses; `share` of the motion.
   Pose moved_tool(const Pose& X_operator_hand, double share) const;
   Quaternion righted(const Quaternion& q, Time now);
 
@@ -82,8 +82,8 @@ class Retargeter {
   Leader leader_ = Leader::kPerson;
   double blend_ = 0.0;  ///< s after engagement, until a policy's poses are followed as they are
   Time engaged_at_{0};
-  double tilt_max_ = M_PI;                ///< rad, that holds now
-  Time tilted_at_{0};                     ///< when it was looked at last
+  double tilt_max_ = M_PI;                ///< rad, in force now
+  Time tilted_at_{0};                     ///< time of its last update
   Pose X_operator_hand_, X_base_target_;  ///< newest
   Pose X_operator_hand0_, X_base_tool0_;  ///< at the last engagement or release; while the ramp lasts, one sample ago
 };

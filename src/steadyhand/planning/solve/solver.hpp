@@ -16,13 +16,13 @@ namespace steadyhand {
 class Evaluation;
 
 /// Lagrange multipliers of the constraint rows at the nodes, negative at a lower bound, positive at an upper one. Few
-/// rows ever have any: the others are not stored, and nothing passes over them. A row that is stored has a number for
-/// each node k = 0..N; where it does not act, that is 0. Memory is taken by prepare().
+/// rows ever have any: the others are not stored and cost no time. A stored row has a number for each node k = 0..N,
+/// which is 0 where the row does not act. prepare() allocates all memory.
 class Multipliers {
  public:
   Multipliers() = default;
   Multipliers(const Multipliers&) = default;  ///< allocates
-  /// Between those of the same sizes copies what is stored alone, and allocates nothing.
+  /// Between equal sizes copies only the stored rows and allocates nothing.
   Multipliers& operator=(const Multipliers& other) {
     if (this == &other) return *this;
     if (!same_sizes(other)) {
@@ -51,7 +51,7 @@ class Multipliers {
     stored_.reserve(rows);
     values_.assign(static_cast<std::size_t>(rows) * nodes_, 0.0);
   }
-  /// Whether they are of problems with as many rows and nodes.
+  /// Whether both are for the same numbers of rows and nodes.
   bool same_sizes(const Multipliers& other) const {
     return first_ == other.first_ && place_.size() == other.place_.size() && nodes_ == other.nodes_;
   }
@@ -88,7 +88,7 @@ class Multipliers {
     const int constraint = static_cast<int>(next - first_.begin()) - 1;
     return {constraint, r - first_[constraint]};
   }
-  /// Indices of the rows that are stored, in the order in which they came.
+  /// Indices of the stored rows, in the order of insertion.
   const std::vector<int>& stored() const { return stored_; }
   /// Numbers of a row by node; null where it is not stored.
   const double* find(int r) const {
@@ -110,7 +110,7 @@ class Multipliers {
  private:
   static constexpr int kNowhere = -1;
 
-  /// Whether what is stored here is the same there.
+  /// Whether all rows stored here have the same numbers there.
   bool covers(const Multipliers& other) const {
     return same_sizes(other) && std::all_of(stored_.begin(), stored_.end(), [&](int r) {
              const double *mine = find(r), *its = other.find(r);
@@ -126,7 +126,7 @@ class Multipliers {
   std::vector<double> values_;  ///< by place and node
 };
 
-/// How far a trajectory with multipliers is from a KKT point of the problem: the largest of
+/// Distance of a trajectory with multipliers from a KKT point of the problem: the largest of
 /// - the gradient of the Lagrangian by every u_k, states eliminated through the dynamics (the costates are exact),
 /// - the violation of rows and dynamics,
 /// - |multiplier * slack| of every row; of one with a price and outside its bounds (price - |multiplier|) * excess,
@@ -135,7 +135,7 @@ class Multipliers {
 /// Unscaled, in the units of the problem. `evaluation` must be set to the trajectory. Allocates nothing.
 double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, const Multipliers& multipliers);
 
-/// Where a solve ends at the latest.
+/// Limits of a solve.
 struct SolveBudget {
   double time_us = 0.0;  ///< us; 0: none
   /// At most; none: usual_iterations().
@@ -151,11 +151,11 @@ enum class SolveStatus {
   kSolved,    ///< KKT conditions met to the tolerance, all constraints checked
   kFeasible,  ///< inside all constraints to the tolerance, but the optimum was not reached (budget, or the solver gave
               ///< up)
-  kInfeasible,  ///< no point inside the constraints was found; what comes back violates them least, of what was seen
+  kInfeasible,  ///< no point inside the constraints was found; the result violates them least of all points seen
   kInvalid,     ///< the instance or the guess has wrong sizes or numbers that are not finite; nothing was solved
 };
 
-/// For people: "solved", "feasible", "infeasible", "invalid".
+/// Text for messages: "solved", "feasible", "infeasible", "invalid".
 std::string_view to_string(SolveStatus status);
 
 /// Result of a solve. Sizes are set by prepare(); a solver writes into it without allocating.

@@ -22,17 +22,17 @@ struct OutOfTime {};
 /// Thrown where a state has grown beyond all bounds, as that of a liquid in a glass on its head: FATROP would look for
 /// a regularisation, or for a step, without end.
 struct Diverged {};
-constexpr double kMostCurvature = 1e12;  ///< of a node's Hessian that FATROP can still regularise
+constexpr double kMostCurvature = 1e12;  ///< in a node's Hessian; FATROP can still regularise it
 constexpr int kMostTrials = 100;         ///< points that a line search may look at
 
-/// The problem in FATROP's words: stages k = 0..N with z = (u_k, x_k), no variables x_0 (given), the terms' rows as
-/// inequalities. The liquid's state stands behind x_k. A row with a price has an input e >= 0 by which it may be
-/// outside its bounds, at that price; they stand behind u_k. As FATROP's last stage may have no inputs, such a problem
-/// has one stage more, of a state that is 0.
+/// The problem in FATROP's form: stages k = 0..N with z = (u_k, x_k), no variables x_0 (given), the terms' rows as
+/// inequalities. The liquid's state follows x_k. A row with a price has an input e >= 0 by which it may violate its
+/// bounds, at that price; these inputs follow u_k. FATROP's last stage may have no inputs, so such a problem has one
+/// more stage, whose state is 0.
 ///
-/// Of a constraint with many rows (pairs of bodies) only the `slots` rows nearest to their bounds are posed at each
-/// node: FATROP's time per iteration grows with the rows, and few ever matter. Whoever solves must check the others at
-/// the solution.
+/// For a constraint with many rows (pairs of bodies), only the `slots` rows nearest to their bounds are posed at each
+/// node: FATROP's time per iteration grows with the rows, and few ever matter. The caller must check the others at the
+/// solution.
 class FatropOcp final : public fatrop::OcpAbstract {
  public:
   FatropOcp(const Ocp& ocp, int slots) : ocp_(ocp), n_(ocp.dof()), evaluation_(ocp), posed_(ocp.horizon() + 1) {
@@ -64,8 +64,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
 
   Evaluation& evaluation() { return evaluation_; }
   const std::vector<int>& posed(int k) const { return posed_[k]; }
-  /// FATROP asks for bounds once, when it is made. So a row whose bounds the instance moves is stretched to the nominal
-  /// ones, by this factor: its multiplier is this times FATROP's.
+  /// FATROP reads the bounds only once, when it is constructed. A row whose bounds the instance moves is therefore
+  /// scaled to the nominal bounds by this factor; its multiplier is this factor times FATROP's.
   double stretch(int k, ConstraintRow row) const {
     const Bounds usual = nominal(row), now = evaluation_.bounds(k, row);
     const bool moved = now.lower != usual.lower || now.upper != usual.upper;

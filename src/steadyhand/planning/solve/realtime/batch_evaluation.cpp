@@ -87,7 +87,7 @@ void BatchEvaluation::set_point(NodeTable& z) {
       batch.dq[i] = z[n + i][b];
       batch.u[i] = z[2 * n + i][b];
     }
-    if (fresh_ || b < state_batches_) batch.arm.set_position(q);  // behind them only node 0, which stands still
+    if (fresh_ || b < state_batches_) batch.arm.set_position(q);  // after them only node 0, which does not change
     if (needs_motion_) batch.arm.set_motion(batch.dq, batch.u);
   }
   if (fresh_) find_start();

@@ -16,16 +16,16 @@ enum class Curvature {
   kConvex,  ///< the objectives' positive semidefinite stand-ins, constraints taken as linear: always descent
 };
 
-/// The terms of one Ocp, kLanes nodes at a time. In lanes where a term does not act it gives 0. What Evaluation is for
-/// single nodes; scratch of one thread, memory is taken by the constructor.
+/// The terms of one Ocp, kLanes nodes at a time; Evaluation does the same for single nodes. In lanes where a term does
+/// not act it gives 0. Scratch of one thread; the constructor allocates all memory.
 class BatchEvaluation {
  public:
   explicit BatchEvaluation(const Ocp& ocp);
 
   /// Copies what it needs.
   void set_instance(const OcpInstance& instance);
-  /// Moves all nodes. z: table [q; dq; u] x nodes that starts at the instance's x_0. Behind that it gets the liquid's
-  /// states, rolled out.
+  /// Moves all nodes. z: table [q; dq; u] x nodes that starts at the instance's x_0. After these rows it writes the
+  /// liquid's states, rolled out.
   void set_point(NodeTable& z);
 
   int batches() const { return static_cast<int>(batches_.size()); }
@@ -86,7 +86,7 @@ class BatchEvaluation {
              ocp_.liquid() ? &batch.slosh : nullptr, &liquid_, &u_followed_, clearance_},
             scratch_};
   }
-  /// Whether node 0 stands alone in batch b and is known as Start.
+  /// Whether batch b has only node 0, which is stored as Start.
   bool is_start(int b) const { return start_known_ && b == state_batches_; }
   void find_start();
   JointVector start_step() const;  ///< of u_0, from where Start was computed
@@ -97,7 +97,7 @@ class BatchEvaluation {
   NodeOrder order_;
   std::vector<Batch> batches_;
   int state_batches_;
-  NearObstacles near_;                         ///< of the instance
+  NearObstacles near_;                         ///< from the instance
   LiquidInstance liquid_;                      ///< the same
   JointVector u_followed_;                     ///< the same
   double clearance_ = 0.0;                     ///< m, the same
@@ -113,7 +113,7 @@ class BatchEvaluation {
     double value = 0.0;
   };
   Start start_;
-  bool inputs_only_;  ///< node 0 stands alone in a batch, and constraints on intervals are limits
+  bool inputs_only_;  ///< node 0 is alone in a batch, and constraints on intervals are limits
   bool start_known_ = false;
   mutable Kinematics scratch_;
 };

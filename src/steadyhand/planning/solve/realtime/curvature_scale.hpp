@@ -6,7 +6,7 @@
 
 namespace steadyhand::realtime {
 
-/// How much the objectives curve the cost by an acceleration, at the robot's home: linear in their weights.
+/// Curvature of the objectives by an acceleration, at the robot's home: linear in their weights.
 class CurvatureScale {
  public:
   explicit CurvatureScale(const Ocp& ocp);
@@ -14,7 +14,7 @@ class CurvatureScale {
   double of(const std::vector<JointVector>& weights) const;
 
  private:
-  std::vector<JointVector> unit_;  ///< of each objective and weight entry
+  std::vector<JointVector> unit_;  ///< by objective and weight entry
 };
 
 }  // namespace steadyhand::realtime

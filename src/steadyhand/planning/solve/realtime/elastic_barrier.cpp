@@ -69,7 +69,7 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, cons
   find_near();
   if (multipliers) {
     for (const int r : multipliers->stored()) {
-      if (rows_[r].support.last > entries_) continue;  // of a liquid that does not count any more
+      if (rows_[r].support.last > entries_) continue;  // a row of a liquid that no longer counts
       watch_.near[r] |= static_cast<char>(had_multiplier(*multipliers, r));
     }
   }
@@ -306,7 +306,7 @@ const Residuals& ElasticBarrier::differentiate() {
 
 // The Newton equations of one bound, with y the multiplier, w = price - y that of elastic >= 0, and dg = g' dz:
 //   dg + d_elastic = d_slack,   slack dy + y d_slack = mu - slack y,   -elastic dy + w d_elastic = mu - elastic w.
-// So dy = stiffness (offset - dg) with 1 / stiffness = slack / y + elastic / w and
+// They give dy = stiffness (offset - dg) with 1 / stiffness = slack / y + elastic / w and
 // offset = (mu / y - slack) - (mu / w - elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {

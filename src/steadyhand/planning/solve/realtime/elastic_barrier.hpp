@@ -19,7 +19,7 @@ struct RowSide {
   double sign;
   Lanes limit;
   Lanes slack, elastic, multiplier;
-  Lanes stiffness, offset;  ///< of the last model()
+  Lanes stiffness, offset;  ///< from the last model()
   Lanes slack_step, elastic_step, multiplier_step;
   Lanes new_slack, new_elastic;
 };
@@ -27,7 +27,7 @@ struct RowSide {
 struct RowBlock {
   int row, entry;
   EntryRange support;
-  double price;  ///< of the elastic variables
+  double price;  ///< for the elastic variables
   bool soft;     ///< it is the row's own
   Lanes acts;    ///< 1 in lanes where the row acts, else 0
   Lanes value;   ///< c at the point
@@ -48,7 +48,7 @@ struct RowBlock {
 /// Distance of a point with its multipliers from the KKT conditions; the first three are the terms of kkt_error().
 struct Residuals {
   double dual = 0.0;             ///< largest |dL/du|, states eliminated
-  double violation = 0.0;        ///< of the rows in the working set that have no price
+  double violation = 0.0;        ///< in the rows of the working set that have no price
   double complementarity = 0.0;  ///< largest |multiplier * distance to the bound|, with a price see kkt_error()
   double centrality = 0.0;       ///< largest |slack * multiplier - mu|, of slacks and of elastic variables
 
@@ -62,7 +62,7 @@ struct Residuals {
 ///   phi = J + sum ( price * elastic - mu log slack - mu log elastic ),
 /// whose minimisers go to the solution as mu -> 0. They make g + elastic = slack true at any point, so there is no
 /// infeasible iterate; the price is above every multiplier, so that elastic variables vanish wherever they can, except
-/// for rows that have a price of their own (Constraint::price).
+/// for rows with their own price (Constraint::price).
 ///
 /// Points z are tables [q; dq; u; state of the liquid] x nodes that obey the dynamics. Lanes in which a row does not
 /// act carry the bound 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
@@ -72,7 +72,7 @@ class ElasticBarrier {
 
   /// Leaves in the working set only the rows that are always there.
   void forget_rows() { rows_.reset(); }
-  /// Starts a new problem at z. Takes the rows near their bounds into the working set, beside those in it.
+  /// Starts a new problem at z. Adds the rows near their bounds to the working set.
   /// start_slacks() must follow before anything but differentiate().
   /// @param multipliers those of a solution nearby, or null
   void begin(const OcpInstance& instance, const NodeTable& z, const Multipliers* multipliers);
@@ -84,9 +84,9 @@ class ElasticBarrier {
   double mu() const { return mu_; }
 
   /// Where the Newton step starts: derivatives and residuals at the point that begin(), try_step() or move() set last.
-  /// What depends on the point alone is computed once for each.
+  /// Values that depend only on the point are computed once per point.
   const Residuals& differentiate();
-  /// Of the last differentiate().
+  /// Residuals from the last differentiate().
   const Residuals& residuals() const { return residuals_; }
   /// Second-order models of all nodes with the slacks eliminated. `damping` is added to the curvature by u.
   void model(Curvature curvature, double damping, NewtonSystem& newton);
@@ -95,46 +95,46 @@ class ElasticBarrier {
   double complete(const NodeTable& step);
   double largest_scale() const { return largest_scale_; }
 
-  /// Takes limits that the step would lead to, or close to, into the working set. True if there were any: then the
-  /// model is another one.
+  /// Adds limits that the step would reach or nearly reach to the working set. True if there were any: then the
+  /// model has changed.
   bool meet_limits(const NodeTable& step);
 
   double merit();
   /// phi at z + scale * step with the slacks moved along; infinite where it is not finite.
   double try_step(const NodeTable& z, double scale);
-  /// Keeps what try_step tried last; multipliers move as far as they stay positive.
+  /// Accepts the last step of try_step; multipliers move as far as they stay positive.
   void accept();
 
   /// Sets the point without touching slacks and multipliers.
   void move(const NodeTable& z);
-  /// J and what rows with a price cost.
+  /// J and the cost of rows with a price.
   double objective() const { return objective_ + cost_of_prices(); }
-  /// What check_all_rows() found.
+  /// Result of check_all_rows().
   enum class Check { kNothingNew, kMissedLinear, kMissed };
-  /// Looks at all rows at the point; those outside their bounds by more than the tolerance go into the working set.
+  /// Checks all rows at the point; those outside their bounds by more than the tolerance enter the working set.
   Check check_all_rows(double tolerance);
-  /// Takes rows that the point has come near to into the working set, where the joints have moved far enough since all
-  /// were looked at.
+  /// Adds rows that the point has come near to the working set, if the joints have moved far enough since all rows were
+  /// checked.
   void watch();
-  /// Violation of all rows without a price where begin() or check_all_rows() looked last.
+  /// Violation of all rows without a price at the last begin() or check_all_rows().
   double violation() const { return violation_; }
   double curvature_scale() const { return curvature_scale_; }
-  /// Of the rows in the working set.
+  /// Writes the multipliers of the rows in the working set.
   void write_multipliers(Multipliers& multipliers) const;
 
  private:
   static constexpr double kPenalty = 1e6;
   static constexpr double kStayInside = 0.995;  ///< largest share of the way to zero that a slack goes in one step
-  /// Multipliers below this are taken for those of rows that are not near their bounds.
+  /// Rows with multipliers below this count as not near their bounds.
   static constexpr double kNoMultiplier = 1e-4;
   static constexpr double kClose = 0.1;  ///< share of its margin at which a limit is met
 
-  /// What the slacks add to phi.
+  /// Contribution of the slacks to phi.
   struct Barrier {
     double elastic = 0.0, logarithms = 0.0;
   };
 
-  void set_point();  ///< all that is known at z_
+  void set_point();  ///< sets all values that depend on z_
   void differentiate_terms();
   void find_near();
   /// Calls f(row) with the rows of watch_.near.
@@ -148,11 +148,11 @@ class ElasticBarrier {
   double violation_of_blocks() const;
   double violation(int r) const;
   Lanes compute(const RowBlock& block, int b) const;
-  /// Whether since all rows were looked at no joint moved so far that a row could have come through this share of its
+  /// Whether no joint has moved so far, since all rows were checked, that a row could have used up this share of its
   /// margin.
   bool stayed_near(double share) const;
-  void take(int r);  ///< works on it from here on
-  /// Sets first_bounds_ and takes the rows whose bounds they narrow for near ones.
+  void take(int r);  ///< adds it to the working set
+  /// Sets first_bounds_; rows whose bounds they narrow count as near.
   void narrow_first(const StateVector& x0);
   void work_on(int r, const Multipliers* multipliers);
   void start_slacks(RowBlock& block) const;
@@ -185,20 +185,20 @@ class ElasticBarrier {
   struct Watch {
     JointVector levers;      ///< 1/rad, of the constraints that know them (Constraint::levers)
     bool all_known = true;   ///< these are all with rows outside of the working set
-    NodeTable begun;         ///< where begin() or watch() looked at all rows
+    NodeTable begun;         ///< the point where begin() or watch() checked all rows
     std::vector<char> near;  ///< by row, see Constraint::find_near
   } watch_;
 
   NodeTable z_;                                ///< the point
   std::vector<std::vector<RowBlock>> blocks_;  ///< by batch
-  std::vector<Lanes> gradients_;               ///< of the blocks
+  std::vector<Lanes> gradients_;               ///< by block
   double objective_ = 0.0, violation_ = 0.0;
   bool differentiated_ = false;                  ///< gradient_ and gradients_ are those of the point
   Barrier barrier_, tried_barrier_;              ///< tried: by try_step()
   bool merit_known_ = false;                     ///< barrier_ is of the slacks
   std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch
   std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
-  /// Of a batch, as model() makes it.
+  /// The model of a batch, from model().
   struct Model {
     NodeHessianOf<Lanes> hessian;
     NodeGradientOf<Lanes> gradient;
@@ -206,8 +206,8 @@ class ElasticBarrier {
   } model_;
   struct Slosh {
     bool counts = false;
-    NodeHessianOf<Lanes> hessian;      ///< of what drives the liquid in kLanes intervals, by [q; dq; u]
-    ModelLayout layout;                ///< of it
+    NodeHessianOf<Lanes> hessian;      ///< for the liquid's input in kLanes intervals, by [q; dq; u]
+    ModelLayout layout;                ///< of `hessian`
     std::vector<SloshState> costates;  ///< dL by the liquid's state at k + 1, of everything from there on
   } slosh_;
   Residuals residuals_;

@@ -8,7 +8,7 @@
 
 namespace steadyhand::realtime {
 
-/// Sum of logarithms at the price of products: multiplies what comes and moves the exponent aside before it can
+/// Sum of logarithms at the cost of products: multiplies the factors and moves the exponent aside before it can
 /// overflow. Factors: positive, between 1e-100 and 1e100.
 class LogSum {
  public:

@@ -8,15 +8,15 @@
 
 namespace steadyhand::realtime {
 
-/// Where a node's model in a NewtonSystem finds its numbers, which stand in batches of kLanes nodes: by rows of
-/// w = [u; q; dq; state of the liquid], in whole registers from the one that holds the diagonal on. Memory is taken by
-/// the constructor.
+/// Where a node's model in a NewtonSystem finds its numbers in batches of kLanes nodes: by rows of
+/// w = [u; q; dq; state of the liquid], in whole registers, starting with the one that holds the diagonal. The
+/// constructor allocates all memory.
 class ModelLayout {
  public:
   ModelLayout();
 
   /// The numbers are those of H, the upper triangle by z = [q; dq; u; state of the liquid], and of g behind them; or of
-  /// H alone. Both are read where they stand now. No term is of the liquid and of the arm.
+  /// H alone. Both are later read at these addresses. No term combines the liquid and the arm.
   void set(int dof, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>* g, const NewtonSystem& newton);
   bool fits(const NodeHessianOf<Lanes>& H) const { return entries_ == H.rows(); }
 

@@ -54,7 +54,7 @@ struct Kernels {
     }
   }
 
-  /// model += [B A]' P [B A], and the gradient likewise. P stands in the rows and columns of [q; dq] of `next`.
+  /// model += [B A]' P [B A], and the gradient likewise. P is in the rows and columns of [q; dq] of `next`.
   static void pull_back(const Model& next, double dt, Model& model, bool state_too) {
     const double h = 0.5 * dt * dt;
     double P[2 * n][2 * n + 1];

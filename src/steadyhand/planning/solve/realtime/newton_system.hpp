@@ -12,9 +12,9 @@ namespace steadyhand::realtime {
 ///   sum_k 1/2 dw_k' H_k dw_k + g_k' dw_k   over du,   with   dq+ = dq + dt dv + dt^2/2 du,  dv+ = dv + dt du,  dx_0 =
 ///   0.
 /// Node k's model is by w = [u; q; dq], row-major, rows of width(): the Hessian in the first columns, then the
-/// gradient. In a problem with a liquid its state s stands behind dq, with ds+ = S_k ds + F_k G_k [dq; dv; du]
-/// (SloshStep). Only the diagonal and what stands right of it is read. The kernels are compiled for each n. Memory is
-/// taken by the constructor.
+/// gradient. In a problem with a liquid its state s follows dq, with ds+ = S_k ds + F_k G_k [dq; dv; du]
+/// (SloshStep). Only the diagonal and the entries right of it are read. The kernels are compiled for each n. The
+/// constructor allocates all memory.
 class NewtonSystem {
  public:
   /// @param slosh_states 0 or kSloshStates, at most
@@ -24,12 +24,12 @@ class NewtonSystem {
   /// read.
   double* row(int k, int i) { return numbers_.data() + (static_cast<std::size_t>(k) * size_ + i) * width_; }
   int width() const { return width_; }
-  /// Room for rows of a model that nobody reads.
+  /// Room for rows of a model that are never read.
   double* padding() { return row(horizon_ + 1, 0); }
   /// Column of the gradient.
   int gradient() const { return size_; }
-  /// How the liquid goes over each interval, as it stands there when factorise() and solve() are called; null, as at
-  /// first, where the liquid's state is not part of the models.
+  /// Sets the liquid's step over each interval; factorise() and solve() read `steps` when they are called. Null (the
+  /// default): the liquid's state is not part of the models.
   void use_slosh(const SloshStep* steps);
 
   /// Eliminates du_{N-1} .. du_0. False if a pivot is not above `smallest_pivot`: the Hessian on the space of the

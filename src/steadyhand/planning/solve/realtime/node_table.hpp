@@ -6,7 +6,7 @@
 
 namespace steadyhand::realtime {
 
-/// How the nodes k = 0..N stand side by side in memory, kLanes to a batch: 1, 2, .. N, then 0, which few terms need,
+/// Order of the nodes k = 0..N side by side in memory, kLanes to a batch: 1, 2, .. N, then 0, which few terms need,
 /// then padding that repeats node 0.
 struct NodeOrder {
   int horizon;
@@ -18,7 +18,7 @@ struct NodeOrder {
   int columns() const { return batches() * kLanes; }
 };
 
-/// Numbers by (row, node), a row's nodes side by side: what is done to one row is done to kLanes of its nodes at once.
+/// Numbers by (row, node), a row's nodes side by side: an operation on a row acts on kLanes of its nodes at once.
 class NodeTable {
  public:
   NodeTable(int rows, NodeOrder order)

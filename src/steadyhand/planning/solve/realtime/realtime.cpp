@@ -12,10 +12,10 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// Of the usual iterations, what the guess may take: where it leads nowhere, another start has the rest.
+/// Share of the usual iterations for the guess: if it does not converge, another start gets the rest.
 constexpr double kForGuess = 0.4;
 
-/// What is left of a solve.
+/// The remaining time and iterations of a solve.
 struct Budget {
   SteadyClock::time_point deadline;
   int iterations;
@@ -95,7 +95,7 @@ class Realtime final : public Solver {
     }
   }
 
-  /// From x_0 to rest as fast as half the robot's acceleration limits allow, then standing still.
+  /// From x_0 to rest as fast as half the robot's acceleration limits allow, then stationary.
   JointVector brake(const StateVector& x) const {
     const JointVector limit = 0.5 * ocp_.model().acceleration_max;
     return (-x.tail(n_) / ocp_.dt()).cwiseMax(-limit).cwiseMin(limit);
@@ -108,7 +108,7 @@ class Realtime final : public Solver {
     while (true) {
       const Outcome outcome = minimise(instance, multipliers, budget);
       if (outcome != Outcome::kMissedRows) return outcome == Outcome::kSolved;
-      // A path that did not see a row may have gone right through it: solve again with the row in the working set.
+      // The path may have violated a row that was not in the working set: solve again with that row in it.
       point_ = start_;
     }
   }
@@ -132,7 +132,7 @@ class Realtime final : public Solver {
           case ElasticBarrier::Check::kMissed:
             return Outcome::kMissedRows;
           case ElasticBarrier::Check::kMissedLinear:
-            barrier_.differentiate();  // goes on from here with the rows in the working set
+            barrier_.differentiate();  // continues from here with the rows in the working set
             break;
         }
       } else if (barrier_.mu() <= last_mu) {
@@ -156,7 +156,7 @@ class Realtime final : public Solver {
     return std::clamp(kWarmMu * dual * dual, kLeastWarmMu, kMostWarmMu);
   }
 
-  /// What became of a try to go on.
+  /// Result of an attempted step.
   enum class Step { kTaken, kNoDescent, kIndefinite };
 
   /// One Newton step with line search from point_, where barrier_ has been differentiated. False if there is no
@@ -164,7 +164,8 @@ class Realtime final : public Solver {
   bool descend() {
     const double unit = barrier_.curvature_scale();
     Step step = attempt(Curvature::kExact, 0.0);
-    // Convex steps do well far from the solution. Where they go on and on it is flat, and how flat matters.
+    // Convex steps work well far from the solution. Many of them mean that the cost is flat there; then the exact
+    // curvature matters.
     if (step == Step::kIndefinite && path_.convex_steps >= kPatience) {
       const double least = std::max(kLeastDamping * unit, path_.damping / 3.0);
       for (double damping = least; step == Step::kIndefinite && damping < kMostDamping * unit; damping *= 4.0) {
@@ -188,8 +189,8 @@ class Realtime final : public Solver {
     return search() ? Step::kTaken : Step::kNoDescent;
   }
 
-  /// Steps of a few hundredths lead along the boundary, not on: slacks that are too small for their multipliers hold
-  /// everything up. The barrier is begun anew from here, with room.
+  /// Steps of a few hundredths move along the boundary without progress: slacks that are too small for their
+  /// multipliers block the step. Starts the barrier again from here, with larger slacks.
   void leave_boundary(double taken) {
     path_.short_steps = taken < kShort ? path_.short_steps + 1 : 0;
     if (path_.short_steps < kJammed) return;
@@ -270,7 +271,7 @@ class Realtime final : public Solver {
     solution.kkt_error =
         std::max(solved ? barrier_.residuals().kkt() : barrier_.differentiate().kkt(), solution.violation);
     const bool feasible = solution.violation <= tolerance_;
-    // A term of somebody else's may have derivatives but no value: where nothing can be compared nothing is best.
+    // A user's term may have derivatives but no value: without a finite objective nothing is optimal.
     const bool optimal = solved && solution.kkt_error <= tolerance_ && std::isfinite(solution.objective);
     solution.status = !feasible ? SolveStatus::kInfeasible : optimal ? SolveStatus::kSolved : SolveStatus::kFeasible;
   }

@@ -6,9 +6,9 @@
 
 namespace steadyhand {
 
-/// Our own solver, made for this problem: an elastic interior point over the accelerations, each Newton step
-/// by a Riccati recursion that knows the double integrator (docs/explanation/solver.md). Every iterate obeys the
-/// dynamics. A warm start needs nothing but the last solution and its multipliers, both shifted; which rows are active
+/// The project's solver, specific to this problem: an elastic interior point over the accelerations, each Newton step
+/// by a Riccati recursion that uses the double integrator (docs/explanation/solver.md). Every iterate obeys the
+/// dynamics. A warm start needs only the last solution and its multipliers, both shifted; which rows are active
 /// follows from them.
 std::unique_ptr<Solver> make_realtime_solver(const Ocp& ocp, double tolerance);
 

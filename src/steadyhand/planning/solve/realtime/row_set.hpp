@@ -17,12 +17,12 @@ struct Row {
   double activation_margin;  ///< see Constraint::activation_margin
   double price;              ///< see Constraint::price
 
-  /// Whether leaving the bounds costs something but is allowed.
+  /// Whether the bounds may be left at a cost.
   bool soft() const { return price < std::numeric_limits<double>::infinity(); }
 };
 
 /// All rows of an Ocp, in the order of Multipliers::index, and the working set of those that are computed at every
-/// iterate. The others are only looked at when these are satisfied.
+/// iterate. The others are checked only when these are satisfied.
 class RowSet {
  public:
   explicit RowSet(const Ocp& ocp);
@@ -31,7 +31,7 @@ class RowSet {
   const Row& operator[](int r) const { return rows_[r]; }
   /// Those whose value is an entry of z.
   const std::vector<int>& limits() const { return limits_; }
-  /// In the order in which they came.
+  /// In the order of insertion.
   const std::vector<int>& working_set() const { return working_set_; }
   bool in_working_set(int r) const { return in_working_set_[r]; }
   /// Leaves only the rows that are always in the working set.
