@@ -27,7 +27,7 @@
 /// JsonOut writes it, JsonIn (json_in.hpp) reads it, data_type_of() (data_type.hpp) makes schemas and references of it.
 /// A visitor V has, each called in the order in which the members are written:
 ///     type(name, what)                     name of this type in TypeScript and schemas; may be left out
-///     add(name, unit, what, value, limits) a member; `value` may be a local variable or a view if it is only written
+///     add(name, unit, what, value, limits) a member; `value` may be a local variable or a view if it is never read
 ///     group(name, type, what, members)     an object without a struct: members(v) adds its members
 ///     choose(name, what, value, cases)     an enumerator that selects further members: cases(value) adds them
 ///     check(good, message)                 a condition on the values; evaluated only by JsonIn

@@ -502,7 +502,7 @@ class LinkCover {
   std::mt19937 random_;
   Points directions_;
   Cloud probes_;
-  Numbers gaps_, shares_, limits_, slopes_;  // by probe; slopes_ = 1 / limit
+  Numbers gaps_, shares_, limits_, slopes_;  // by probe; limits_ holds 1 / limit
   Numbers scratch_, reach_, taken_, power_;
 };
 

@@ -4,7 +4,7 @@ namespace steadyhand {
 namespace {
 
 /// The step from the arm's present acceleration to the first one of the plan: a jolt for the drives. The arm follows
-/// each plan from its first interval, so in closed loop every step that the arm makes has been weighted.
+/// each plan from its first interval, so in closed loop every step that the arm makes is part of the cost.
 class AccelerationStep final : public ObjectiveFor<AccelerationStep> {
  public:
   AccelerationStep()
