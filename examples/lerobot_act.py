@@ -1,4 +1,4 @@
-"""A checkpoint of LeRobot's ACT leads the arm in turns with a person, in a simulated task. Needs lerobot 0.4.4 (docs/how-to/policies.md).
+"""A checkpoint of LeRobot's ACT controls the arm in turns with a person, in a simulated task. Needs lerobot 0.4.4 (docs/how-to/policies.md).
 
     PYTHONPATH=build/release/python python -m steadyhand.policies examples/lerobot_act.py:Act CHECKPOINT DATASET
 

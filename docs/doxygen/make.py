@@ -10,7 +10,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 
 
 def installed():
-    """The headers that cmake/install.cmake installs: what the facades include, by whatever way."""
+    """The headers that cmake/install.cmake installs: what the facades include, directly or not."""
     waiting, found = re.findall(r"steadyhand/\w+\.hpp", (ROOT / "cmake/install.cmake").read_text()), set()
     while waiting:
         header = waiting.pop()

@@ -31,14 +31,14 @@ def cases(browser, name, why, *files, **tiers):
 
 
 def run(command, environment):
-    """What it wrote. Fails if it fails, or hangs: then it ends with its browser and its program."""
+    """What it wrote. Fails with that if it fails, or hangs: then it ends with its browser and its program."""
     with subprocess.Popen(command, cwd=ROOT / "web", env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           start_new_session=True) as process:
         try:
             output, _ = process.communicate(timeout=700)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
-            raise
+            pytest.fail(f"did not end within 700 s:\n{process.communicate()[0]}")
     assert process.returncode == 0, output
     return output
 
