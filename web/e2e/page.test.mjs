@@ -391,8 +391,11 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await page.keyboard.press('ArrowLeft');
   await until(async () => Math.abs((await seen()).at - at) < 1e-6, 'an arrow\'s step back');
   await page.keyboard.press('p');
-  await until(() => page.evaluate(() => globalThis.steadyhand.recordings.player.playing), 'its play');
+  const playing = () => page.evaluate(() => globalThis.steadyhand.recordings.player.playing);
+  await until(playing, 'its play');
   await page.keyboard.press('p');
+  await until(async () => !(await playing()), 'its rest');
+  await seek(0.5);
   // Zoom keeps the time under the pointer in place, and the zoomed part follows the time.
   await (await page.$('#track')).scrollIntoViewIfNeeded();
   const [x, y] = await page.$eval('#track', (track) => { const box = track.getBoundingClientRect(); return [box.left + 0.9 * box.width, box.top + box.height / 2]; });
