@@ -2,7 +2,7 @@
 # Whatever the host has, the parts are compiled, but for the level that the preset is for; their tests are compiled and run where it can, and elsewhere ctest says that
 # they were skipped. They are among the long tests.
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
-file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/geometry/collision/*.cpp src/steadyhand/geometry/robot/*.cpp src/steadyhand/planning/ocp/*.cpp)
+file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/geometry/collision/*.cpp src/steadyhand/geometry/robot/*.cpp src/steadyhand/planning/liquid/*.cpp src/steadyhand/planning/ocp/*.cpp)
 file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/planning/solve/*.cpp src/steadyhand/planning/solve/*/*.cpp src/steadyhand/planning/plan/*.cpp)
 set(hot_tests tests/core/lanes_test.cpp tests/geometry/collision/proximity_test.cpp tests/geometry/robot/kinematics_test.cpp tests/planning/ocp/terms_test.cpp)
 set(hot_solver_tests tests/planning/solve/batch_evaluation_test.cpp tests/planning/solve/realtime_test.cpp tests/planning/plan/planner_test.cpp)

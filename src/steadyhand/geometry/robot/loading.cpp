@@ -216,8 +216,8 @@ class ModelBuilder {
 
 /// What looks like degrees or millimetres, where a URDF has rad and m.
 void add_doubts_about_units(const RobotModel& model, std::vector<std::string>& doubts) {
-  constexpr double kMostTurned = 4.0 * M_PI, kFastest = 40.0;  // rad, rad/s
-  constexpr double kLongest = 20.0;                            // m
+  constexpr double kMostTurned = 4.0 * M_PI, kFastestJoint = 40.0;  // rad, rad/s
+  constexpr double kLongest = 20.0;                                 // m
   std::vector<std::string> large;
   double length = 0.0;  // m
   for (int k = 0; k < model.dof(); ++k) {
@@ -226,7 +226,7 @@ void add_doubts_about_units(const RobotModel& model, std::vector<std::string>& d
     const bool turns = joint.type == JointType::kRevolute;
     if (furthest > (turns ? kMostTurned : kLongest) && furthest != kContinuousLimit)
       large.push_back(fmt::format("{} {:.4g} to {:.4g} {}", joint.name, low, high, turns ? "rad" : "m"));
-    if (turns && model.velocity_max[k] > kFastest)
+    if (turns && model.velocity_max[k] > kFastestJoint)
       large.push_back(fmt::format("{} {:.4g} rad/s", joint.name, model.velocity_max[k]));
     if (k > 0) length += joint.origin.translation().norm();
   }
