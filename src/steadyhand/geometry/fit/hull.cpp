@@ -255,12 +255,12 @@ Hull convex_hull(const Points& points) {
 }
 
 std::vector<Hull> convex_parts(const std::vector<Surface>& pieces, int most, double least) {
-  struct Part {
+  struct Piece {
     Surface surface;
     Cut cut;
   };
   const Points directions = even_directions(200);
-  std::vector<Part> parts;
+  std::vector<Piece> parts;
   double whole = 0.0;
   const bool cuts = static_cast<int>(pieces.size()) < most;
   for (const Surface& piece : pieces) {
@@ -269,14 +269,14 @@ std::vector<Hull> convex_parts(const std::vector<Surface>& pieces, int most, dou
   }
   while (static_cast<int>(parts.size()) < most) {
     const auto best = std::max_element(parts.begin(), parts.end(),
-                                       [](const Part& a, const Part& b) { return a.cut.gain < b.cut.gain; });
+                                       [](const Piece& a, const Piece& b) { return a.cut.gain < b.cut.gain; });
     if (best == parts.end() || !(best->cut.gain > least * whole)) break;
     Cut chosen = std::move(best->cut);
     *best = {chosen.below, best_cut(chosen.below, directions)};
     parts.push_back({chosen.above, best_cut(chosen.above, directions)});
   }
   std::vector<Hull> hulls;
-  for (const Part& part : parts) hulls.push_back(convex_hull(corners_of(part.surface)));
+  for (const Piece& part : parts) hulls.push_back(convex_hull(corners_of(part.surface)));
   return hulls;
 }
 

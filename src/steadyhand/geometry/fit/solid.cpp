@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kSpare = 1e-4;   // m, by which solids hold more than they must
 constexpr double kFinest = 2e-5;  // m, edges of pieces of triangles
-constexpr double kStep = FittedSolid::kStep, kLeastCore = FittedSolid::kLeastCore;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double round_to(double value, double step) { return std::round(value / step) * step + 0.0; }
 Vector3 round_to(const Vector3& v, double step) {
@@ -83,17 +81,17 @@ FittedSolid rounded(const FittedSolid& solid) {
   FittedSolid result = solid;
   if (solid.shape.kind == ShapeKind::kCapsule) {
     auto [from, to] = ends_of(solid);
-    from = round_to(from, kStep);
-    to = round_to(to, kStep);
+    from = round_to(from, FittedSolid::kStep);
+    to = round_to(to, FittedSolid::kStep);
     result.origin.translation() = 0.5 * (from + to);
     result.shape.core.z() = 0.5 * (to - from).norm();
     result.origin.linear() = result.shape.core.z() > 1e-9 ? turn_between(Vector3::UnitZ(), to - from).toRotationMatrix()
                                                           : Matrix3(Matrix3::Identity());
     return result;
   }
-  result.origin.translation() = round_to(Vector3(solid.origin.translation()), kStep);
+  result.origin.translation() = round_to(Vector3(solid.origin.translation()), FittedSolid::kStep);
   if (solid.shape.kind == ShapeKind::kBox) {
-    result.shape.core = round_to(solid.shape.core, kStep).cwiseMax(kLeastCore);
+    result.shape.core = round_to(solid.shape.core, FittedSolid::kStep).cwiseMax(FittedSolid::kLeastCore);
     result.origin.linear() = from_rpy(round_to(rpy_of(solid.origin.linear()), 1e-6));
   }
   return result;
@@ -117,15 +115,15 @@ std::string as_written(const FittedSolid& solid) {
 
 void prove(const Surface& surface, std::vector<FittedSolid>& solids) {
   const auto grow = [&](FittedSolid& solid, double by) {
-    solid.shape.radius = std::ceil((solid.shape.radius + by) / kStep - 1e-6) * kStep;
+    solid.shape.radius = std::ceil((solid.shape.radius + by) / FittedSolid::kStep - 1e-6) * FittedSolid::kStep;
   };
   for (FittedSolid& solid : solids) grow(solid, 0.0);
   for (const Triangle& triangle : surface) {
     (void)each_open_piece(triangle, solids, kSpare, [&](const Triangle& piece) {
       FittedSolid* best = nullptr;
-      double least = kInfinity;
+      double least = std::numeric_limits<double>::infinity();
       for (FittedSolid& solid : solids) {
-        double need = -kInfinity;
+        double need = -std::numeric_limits<double>::infinity();
         for (const Vector3& p : piece) need = std::max(need, solid.distance(p));
         if (need < least) {
           least = need;
