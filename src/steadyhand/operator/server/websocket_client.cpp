@@ -24,7 +24,7 @@ using boost::system::error_code;
 constexpr Time kFarewell = std::chrono::milliseconds(200);  // for a client that is sent away to read the reason
 constexpr std::size_t kMaxQueued = 64;                      // messages other than states
 constexpr std::ptrdiff_t kMostPictures = 4;                 // waiting frames of one camera
-constexpr int kSendBuffer = 32 * 1024;  // bytes the kernel may hold: some ten states, not minutes of them
+constexpr int kClientBuffer = 32 * 1024;  // bytes the kernel may hold: some ten states, not minutes of them
 /// Bytes that a client may send without a message or control frame in them. Beast reads over frames that hold nothing.
 constexpr std::size_t kMaxHollow = 4 * kMaxClientMessage;
 /// Bytes of answers to its pings that a client may leave unread.
@@ -44,7 +44,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     if (id_ == 0) return turn_away(request.version());
     error_code ignored;
     auto& tcp = socket_.next_layer().socket();
-    tcp.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+    tcp.set_option(asio::socket_base::send_buffer_size(kClientBuffer), ignored);
     tcp.set_option(asio::ip::tcp::no_delay(true), ignored);
     socket_.set_option(websocket::stream_base::timeout{shared_.timeout, shared_.timeout, true});
     socket_.read_message_max(kMaxClientMessage);
