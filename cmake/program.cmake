@@ -1,11 +1,15 @@
 # The program `steadyhand`.
+add_library(steadyhand_command_line STATIC src/steadyhand/apps/commands/command_line.cpp)
+steadyhand_cold(steadyhand_command_line)
+target_link_libraries(steadyhand_command_line PUBLIC steadyhand_core PRIVATE CLI11::CLI11)
+
 file(GLOB app_sources CONFIGURE_DEPENDS src/steadyhand/apps/commands/*.cpp)
-list(FILTER app_sources EXCLUDE REGEX "/(command_line|run|progress_bar|robot_choice|describe_command|replay_command|solve_command).cpp")
+list(FILTER app_sources EXCLUDE REGEX "/command_line.cpp")
 add_executable(steadyhand ${app_sources})
 steadyhand_cold(steadyhand)
 set_target_properties(steadyhand PROPERTIES UNITY_BUILD OFF)  # each command has Options of its own
-target_link_libraries(steadyhand PRIVATE steadyhand_console steadyhand_browser steadyhand_commands)
-foreach(part visual mujoco simulate video render ur ros2)
+target_link_libraries(steadyhand PRIVATE steadyhand_console steadyhand_browser steadyhand_command_line steadyhand_replay steadyhand_figures)
+foreach(part visual fitted mujoco simulate video render ur ros2)
   if(TARGET steadyhand_${part})
     target_link_libraries(steadyhand PRIVATE steadyhand_${part})
   endif()

@@ -1,34 +1,34 @@
-"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, study, dataset, score and policy."""
+"""The command `steadyhand`, also `python -m steadyhand`. Some commands are written in Python; the program has all others."""
 
-import signal
+import os
 import sys
+from importlib import import_module
+from pathlib import Path
 
-from . import _native
-from ._command_line import printable
+from ._places import program
+
+PYTHON = {"study": ".study.__main__", "dataset": ".dataset.__main__", "score": ".score.__main__", "policy": ".policies.__main__"}
+CHECKOUT = {"bench": "compilers and other solvers", "docs": "its sources", "format": "its sources", "site": "compilers", "test": "compilers", "wheel": "compilers"}
 
 
 def main() -> int:
-    if sys.argv[1:2] == ["study"]:
-        from .study.__main__ import main as study
-
-        return study(sys.argv[2:])
-    if sys.argv[1:2] == ["dataset"]:
-        from .dataset.__main__ import main as dataset
-
-        return dataset(sys.argv[2:])
-    if sys.argv[1:2] == ["score"]:
-        from .score.__main__ import main as score
-
-        return score(sys.argv[2:])
-    if sys.argv[1:2] == ["policy"]:
-        from .policies.__main__ import main as policy
-
-        return policy(sys.argv[2:])
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Python would look for Ctrl-C only after the command
-    code, message = _native.run_program(["steadyhand", *sys.argv[1:]])
-    if message:
-        sys.stderr.write(f"steadyhand: {printable(message)}\n")
-    return code
+    command, *words = sys.argv[1:] or [""]
+    module = PYTHON.get(command)
+    if command == "demo" and any(word.split("=")[0] == "--dataset" for word in words):
+        module = ".dataset.live"
+    if module is not None:
+        return import_module(module, __package__).main(words)
+    if command in CHECKOUT:
+        print(f"steadyhand: '{command}' needs {CHECKOUT[command]}: run ./steadyhand {command} in a checkout", file=sys.stderr)
+        return 2
+    try:
+        path = program()
+    except FileNotFoundError as error:
+        print(f"steadyhand: {error}", file=sys.stderr)
+        return 2
+    # What pip installed beside this package is on the program's path: xacro, and this Python.
+    os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+    os.execv(path, ["steadyhand", *sys.argv[1:]])
 
 
 if __name__ == "__main__":

@@ -43,7 +43,7 @@ def lacks(error: ModuleNotFoundError, extra: str) -> str:
     """What to install, where a package of an extra is missing. Raises the error for any other module."""
     if error.name is None or error.name.split(".")[0] in ("steadyhand", *sys.stdlib_module_names):
         raise error
-    return f"{error}; pip install .[{extra}] in the checkout installs it"
+    return f"{error}; the extra [{extra}] of the package installs it: pip install 'FILE.whl[{extra}]'"
 
 
 def exit_code(command: Callable[[list[str]], int], words: list[str]) -> int:

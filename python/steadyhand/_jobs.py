@@ -35,7 +35,7 @@ class Workers(NamedTuple):
 def add_workers(parser: Parser, what: str) -> None:
     """Adds the options that select processes or a cluster."""
     parser.add_argument("--workers", type=int, default=1, metavar="N", help=f"processes that {what} in parallel (1)")
-    parser.add_argument("--ray", metavar="ADDRESS", help=f'a Ray cluster whose machines {what} instead, HOST:PORT, or "auto" for the one of this machine (pip install .[ray] in the checkout)')
+    parser.add_argument("--ray", metavar="ADDRESS", help=f'a Ray cluster whose machines {what} instead, HOST:PORT, or "auto" for the one of this machine (needs the extra [ray])')
 
 
 def workers_of(arguments: Namespace) -> Workers:
@@ -133,7 +133,7 @@ def _on_cluster(job: Callable[[Path], Answer], files: Sequence[Path], address: s
         import ray
         import ray.exceptions
     except ImportError as error:
-        raise ValueError(f"--ray: {error}; pip install .[ray] in the checkout installs it") from None
+        raise ValueError(f"--ray: {error}; the extra [ray] of the package installs it") from None
     try:
         _must_answer(address)
         ray.init(address=address, logging_level="error", log_to_driver=False)

@@ -15,7 +15,7 @@ pytest.importorskip("pyarrow", reason="setup/requirements-dataset.txt is not ins
 import steadyhand  # noqa: E402
 from steadyhand.dataset import __main__ as command  # noqa: E402
 
-COMMAND = (sys.executable, "-m", "steadyhand.dataset.live")
+COMMAND = (sys.executable, "-m", "steadyhand", "demo")
 ENVIRONMENT = {**os.environ, "STEADYHAND_PROGRAM": PROGRAM, "PYTHONPATH": str(Path(PROGRAM).parent / "python")}
 
 

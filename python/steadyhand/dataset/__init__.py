@@ -1,7 +1,7 @@
 """Recorded sessions as a data set for imitation learning, in LeRobot's format v3.0.
 
 `cut` makes episodes of a session, `write` a data set of episodes, `merge` one of several; the command `steadyhand dataset` does all
-that for many sessions (docs/how-to/record-data.md). Needs pandas and pyarrow, and for videos av: pip install .[dataset] in the checkout.
+that for many sessions (docs/how-to/record-data.md). Needs pandas and pyarrow, and for videos av: the extra [dataset].
 """
 
 from typing import TYPE_CHECKING, Any

@@ -128,7 +128,7 @@ def run(words: list[str]) -> int:
             raise ValueError(f"{sets[0]} is a data set: sets are merged into LeRobot's format, with all that they have; leave out {'--no-video' if arguments.format == 'lerobot' else '--format'}")
         write = _writer(arguments.format)
     except ImportError as error:
-        raise ValueError(f"{error}; pip install .[{extra}] in the checkout installs what a data set is written with") from None
+        raise ValueError(f"{error}; the extra [{extra}] of the package installs what a data set is written with") from None
     if write and Path(arguments.out).exists():
         raise ValueError(f"{arguments.out} is there already; --format {arguments.format} makes a new one: name another")
     if not write:

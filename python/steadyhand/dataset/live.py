@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from .._command_line import exit_code
+from .._places import program as find_program
 from .__main__ import append, read_sessions, tell_left_out
 from ._episodes import ACTIONS
 from ._lerobot import is_there, new_info, read_info
@@ -38,9 +39,8 @@ def _take_folder(words: list[str]) -> tuple[Path, list[str]]:
 
 def _lead(words: list[str]) -> tuple[int, list[Path]]:
     """Runs the program, whose words and questions pass through; its exit code, and what it recorded."""
-    program = os.environ.get("STEADYHAND_PROGRAM", "steadyhand")
     alone = not sys.stdin.isatty()  # at a terminal Ctrl-C reaches the program by itself, and must not come twice
-    process = subprocess.Popen([program, "demo", *words], stdout=subprocess.PIPE, start_new_session=alone)
+    process = subprocess.Popen([find_program(), "demo", *words], stdout=subprocess.PIPE, start_new_session=alone)
     for number in (signal.SIGINT, signal.SIGTERM):
         forward = alone or number == signal.SIGTERM
         signal.signal(number, lambda which, _: process.send_signal(which) if forward else None)
@@ -90,5 +90,6 @@ def run(words: list[str]) -> int:
     return code
 
 
-if __name__ == "__main__":
-    sys.exit(exit_code(run, sys.argv[1:]))
+def main(words: list[str]) -> int:
+    """The command; its exit code."""
+    return exit_code(run, words)

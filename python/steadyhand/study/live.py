@@ -18,6 +18,7 @@ import numpy as np
 from .measures import measure
 from .operator import STEP, Goal
 from .._page_client import Lost, PageClient
+from .._places import program as find_program
 from .questionnaires import Item, items_of, pair_items
 from .record import Folder, Planned, to_mcap
 from .run import schedule_of
@@ -45,10 +46,9 @@ class Program:
 
     def __init__(self, study: Study, sessions: Path, port: int, condition: Condition) -> None:
         sessions.mkdir(parents=True, exist_ok=True)
-        program = os.environ.get("STEADYHAND_PROGRAM", "steadyhand")
         browser = [] if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") else ["--no-browser"]
         self._process = subprocess.Popen(
-            [program, "demo", *browser, "--port", str(port), "--sessions", str(sessions), "--robot", study.robot.source,
+            [find_program(), "demo", *browser, "--port", str(port), "--sessions", str(sessions), "--robot", study.robot.source,
              "--profile", condition.profile, "--scale", str(condition.scale)],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True, preexec_fn=_end_with_parent,
         )  # fmt: skip

@@ -9,7 +9,6 @@
 
 #include "steadyhand/core/configuration.hpp"
 #include "steadyhand/core/processor.hpp"
-#include "steadyhand/files/config/places.hpp"
 
 namespace steadyhand::python {
 
@@ -115,7 +114,6 @@ NB_MODULE(_native, module) {
   module.attr("version") = STEADYHAND_VERSION;
   module.attr("processor") = python::to_text(compiled_processor());
   nanobind::exception<python::Refused>(module, "SteadyhandError", PyExc_ValueError);
-  module.def("add_packages", [](const std::string& folder) { Places::add_packages(folder); });
   module.def("names_in", [](const std::string& folder) {
     nanobind::list names;
     for (const std::string& name : names_in(Places::standard(), folder)) names.append(nanobind::str(name.c_str()));
@@ -130,5 +128,4 @@ NB_MODULE(_native, module) {
   python::bind_replay(module);
   python::bind_simulate(module);
   python::bind_solve(module);
-  python::bind_program(module);
 }

@@ -30,7 +30,6 @@ void bind_objective(nb::module_& module);
 void bind_replay(nb::module_& module);
 void bind_simulate(nb::module_& module);
 void bind_solve(nb::module_& module);
-void bind_program(nb::module_& module);
 
 /// The reason why something was refused, in the program's words; in Python a SteadyhandError.
 struct Refused : std::runtime_error {

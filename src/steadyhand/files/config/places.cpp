@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <mutex>
+#include <sstream>
 
 #include "steadyhand/core/folder.hpp"
 
@@ -27,16 +27,6 @@ fs::path this_binary() {
   return fs::canonical("/proc/self/exe", error);
 }
 
-/// Arguments of add_packages().
-struct AddedPackages {
-  std::mutex mutex;
-  std::vector<fs::path> folders;
-};
-AddedPackages& added_packages() {
-  static AddedPackages added;
-  return added;
-}
-
 fs::path data_folder() {
   const char* named = std::getenv("STEADYHAND_DATA");
   if (named != nullptr && *named != '\0') return named;
@@ -55,17 +45,12 @@ Places Places::standard() {
   Places places{data_folder(), {}};
   std::error_code error;
   if (fs::is_directory(places.data / "packages", error)) places.packages.push_back(places.data / "packages");
-  AddedPackages& added = added_packages();
-  const std::lock_guard lock(added.mutex);
-  places.packages.insert(places.packages.end(), added.folders.begin(), added.folders.end());
+  const char* named = std::getenv("STEADYHAND_PACKAGES");
+  std::istringstream folders(named != nullptr ? named : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (!folder.empty()) places.packages.emplace_back(folder);
+  }
   return places;
-}
-
-void Places::add_packages(const fs::path& folder) {
-  AddedPackages& added = added_packages();
-  const std::lock_guard lock(added.mutex);
-  if (std::find(added.folders.begin(), added.folders.end(), folder) == added.folders.end())
-    added.folders.push_back(folder);
 }
 
 std::vector<std::string> names_in(const Places& places, const std::string& folder) {

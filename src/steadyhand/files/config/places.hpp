@@ -16,10 +16,8 @@ struct Places {
 
   /// `data` is share/steadyhand in the folder of this library or program, or one or two folders above it, as it was
   /// built or installed; the environment variable STEADYHAND_DATA names another. `packages` is the folder of that name
-  /// in there, followed by the folders of add_packages().
+  /// in there, followed by the folders of the environment variable STEADYHAND_PACKAGES, separated by colons.
   static Places standard();
-  /// Python packages are installed in this folder, too. Any thread.
-  static void add_packages(const std::filesystem::path& folder);
 };
 
 /// `name` is a path if it has a folder or an extension or is a file; else NAME.yaml in the `folder` of the data. Fails
