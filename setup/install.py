@@ -44,7 +44,7 @@ COMMANDS = {
     "study": (["PYTHON", "FIT"], ["requirements-study.txt"]),
     "tasks": (["MUJOCO"], []),
     "test": (list(PARTS), ["apt-test.txt", "apt-docs.txt"]),
-    "wheel": (["PYTHON"], ["requirements-wheel.txt"]),
+    "wheel": (["FIT", "UR", "ROS2", "MUJOCO", "CAMERA", "PYTHON"], ["requirements-wheel.txt"]),
 }
 # Commands that are not built: all that they take.
 ALONE = {"format": ["requirements.txt", "requirements-test.txt"]}
