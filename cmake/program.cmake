@@ -14,3 +14,14 @@ foreach(part visual fitted mujoco simulate video render ur ros2)
     target_link_libraries(steadyhand PRIVATE steadyhand_${part})
   endif()
 endforeach()
+
+# Its commit, at each build.
+set(commit_source "${PROJECT_BINARY_DIR}/commit.cpp")
+add_custom_target(steadyhand_commit BYPRODUCTS "${commit_source}"
+  COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}" "-DOUT=${commit_source}" -P "${PROJECT_SOURCE_DIR}/cmake/commit.cmake"
+  COMMENT "Re-reading the commit" VERBATIM)  # setup/build.py shows no step that begins so
+target_sources(steadyhand PRIVATE "${commit_source}")
+add_dependencies(steadyhand steadyhand_commit)
+if(STEADYHAND_WITH_PAGE)
+  set_property(SOURCE src/steadyhand/apps/commands/version.cpp PROPERTY COMPILE_DEFINITIONS STEADYHAND_PAGE)
+endif()

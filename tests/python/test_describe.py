@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -176,4 +177,14 @@ def test_help_shows_every_command_with_examples():
     assert done.returncode == 0
     for command in ("replay", "describe", "solve", "bench", "test"):
         assert f"./steadyhand {command}" in done.stdout
-    assert run("--version").stdout.startswith("steadyhand ")
+
+
+def test_the_version_names_commit_processor_and_parts():
+    lines = run("--version").stdout.splitlines()
+    for line, form in zip(lines, [r"steadyhand \d+\.\d+\.\d+", r"commit ([0-9a-f]{7,40}(-dirty)?|unknown)", r"processor (x86-64(-v[234])?|aarch64|generic)", r"built in:[\w ]+"], strict=True):
+        assert re.fullmatch(form, line)
+    if (ROOT / ".git").exists():
+        assert "unknown" not in lines[1]
+    parts, commands = lines[3].split()[2:], run("--help").stdout
+    for part, command in (("ur", "check"), ("fit", "fit"), ("mujoco", "tasks")):
+        assert (part in parts) == (re.search(rf"^  {command} ", commands, re.MULTILINE) is not None)

@@ -515,6 +515,10 @@ def test_the_command_is_the_program(arguments, tmp_path):
     assert (ours.returncode, ours.stdout, ours.stderr) == (theirs.returncode, theirs.stdout, theirs.stderr)
 
 
+def test_the_version_names_the_processor():
+    assert program("--version").stdout.splitlines()[::2] == [f"steadyhand {steadyhand.__version__}", f"processor {steadyhand.processor}"]
+
+
 def test_what_takes_a_checkout_or_the_program_says_so(tmp_path):
     done = package("bench")
     assert (done.returncode, done.stderr) == (2, "steadyhand: 'bench' needs compilers and other solvers: run ./steadyhand bench in a checkout\n")

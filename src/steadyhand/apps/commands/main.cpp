@@ -5,7 +5,7 @@
 #include <string>
 
 #include "steadyhand/apps/commands/run.hpp"
-#include "steadyhand/core/configuration.hpp"
+#include "steadyhand/apps/commands/version.hpp"
 #include "steadyhand/operator/console/output_queue.hpp"
 
 namespace {
@@ -70,7 +70,7 @@ int main(int argc, char** argv) {
   steadyhand::CommandLine app("steadyhand",
                               "Teleoperation of a robot arm by model predictive control: within its limits, without "
                               "collisions, without spilling a glass.");
-  app.version("steadyhand " STEADYHAND_VERSION);
+  app.version(steadyhand::version_text());
   app.footer(kExamples);
   steadyhand::Command command;
   int exit_code = 0;
