@@ -87,8 +87,8 @@ def test_the_program_works_where_it_was_moved(prefix, tmp_path):
     assert (tmp_path / "waiter/plan.csv").exists()
 
 
-@pytest.mark.parametrize("asked, said", [("0.2 COMPONENTS planning live", ""), ("0.1", 'requested version "0.1"'),
-                                         ("0.2 COMPONENTS plan", "it has no component plan; there is planning, and live if")])  # fmt: skip
+@pytest.mark.parametrize("asked, said", [("0.3 COMPONENTS planning live", ""), ("0.2", 'requested version "0.2"'),
+                                         ("0.3 COMPONENTS plan", "it has no component plan; there is planning, and live if")])  # fmt: skip
 def test_what_cannot_be_found_is_told(prefix, tmp_path, asked, said):
     (tmp_path / "CMakeLists.txt").write_text(
         f"cmake_minimum_required(VERSION 3.25)\nproject(user LANGUAGES CXX)\nfind_package(steadyhand {asked} REQUIRED)\n"
