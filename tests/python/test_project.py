@@ -2,12 +2,16 @@
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
 
 from places import ROOT
+
+sys.path.insert(0, str(ROOT / "setup"))
+import release  # noqa: E402
 
 
 def text(name):
@@ -22,8 +26,8 @@ def one(pattern, name):
 
 def test_one_version():
     version = one(r"^project\(steadyhand VERSION (\d+\.\d+\.\d+)", "CMakeLists.txt")
-    assert one(r"^version: (\S+)", "CITATION.cff") == version
-    assert one(r"^## (?:Unreleased \()?(\d+\.\d+\.\d+)", "CHANGELOG.md") == version
+    assert set(release.versions().values()) == {version} and "CITATION.cff" in release.versions()
+    assert re.fullmatch(r"Unreleased \((.*)\)|(\S+) - \S+", release.newest_section()[0]).expand(r"\1\2") == version
     # Python's packages take CMake's.
     project = one(r"(?s)^\[project\]\n(.*?)^\[", "pyproject.toml")
     assert re.search(r'^dynamic = \["version"\]', project, re.MULTILINE) and not re.search(r"^version", project, re.MULTILINE)

@@ -3,10 +3,17 @@
 import os
 import re
 import subprocess
+import sys
 
 import pytest
 
 from places import ROOT
+
+sys.path.insert(0, str(ROOT / "setup"))
+import install  # noqa: E402
+import release  # noqa: E402
+
+VERSION = release.versions()["CMakeLists.txt"]
 
 GIT = {"GIT_CONFIG_GLOBAL": "/dev/null", **{f"GIT_{who}_{what}": "a@b.c" for who in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")}}
 
@@ -60,3 +67,90 @@ def test_an_archive_names_its_commit_and_a_copy_none(sources, tmp_path):
     out = tmp_path / "commit.cpp"
     assert commit_of(archive, out) == commit_of(sources, out)
     assert commit_of(copy, out) == "unknown"
+
+
+# ---- the release
+
+
+@pytest.fixture
+def ready(tmp_path):
+    """A repository that may be released, and on PATH Pythons that agree to everything."""
+    make_repository(tmp_path, *release.versions(), "setup/release.py", "setup/install.py", ".gitignore")
+    (tmp_path / ".gitignore").write_text("/bin\n/dist\n__pycache__\n")
+    (tmp_path / "CHANGELOG.md").write_text(f"# Changelog\n\n## {VERSION} - 2026-12-24\n\n### Added\n- Snow.\n\n## 0.0.1 - 2026-01-01\n- Rain.\n")
+    (tmp_path / "bin").mkdir()
+    for python in release.PYTHONS:
+        (tmp_path / "bin" / python).write_text("#!/bin/sh\n")
+        (tmp_path / "bin" / python).chmod(0o755)
+    run("git", "add", "-A", cwd=tmp_path)
+    run("git", "commit", "-qm", "date", cwd=tmp_path)
+    run("git", "tag", f"v{VERSION}", cwd=tmp_path)
+    return tmp_path
+
+
+def make_release(folder, *options):
+    path = f"{folder}/bin:{os.environ['PATH']}"
+    return run(sys.executable, "-B", "setup/release.py", *options, cwd=folder, PATH=path)
+
+
+def test_a_dry_run_shows_the_commands_and_writes_the_notes(ready):
+    (ready / "dist").mkdir()
+    (ready / "dist/site.tar.gz").write_text("a site")
+    done = make_release(ready, "--dry-run")
+    assert (done.returncode, done.stdout) == (0, "")
+    assert done.stderr.splitlines() == [f"steadyhand: {' '.join(command)}" for command in release.commands(VERSION)]
+    assert (ready / "dist/NOTES.md").read_text() == "### Added\n- Snow.\n"
+    checked = run("sha256sum", "--check", "SHA256SUMS", cwd=ready / "dist")
+    assert checked.stdout == "site.tar.gz: OK\n"
+
+
+def script_commands():
+    """What ./steadyhand takes."""
+    cases = re.findall(r"^ +(\w[\w |]*)\)", (ROOT / "steadyhand").read_text(), re.MULTILINE)
+    return {word for case in cases for word in case.split(" | ")} | set(install.COMMANDS) | {"deb"}
+
+
+def test_every_command_of_a_release_is_one_of_the_script():
+    for command in release.commands(VERSION):
+        words = [word for word in command if word != "env" and "=" not in word]
+        assert words[0] == "tar" or (words[0] == "./steadyhand" and words[1] in script_commands())
+
+
+def test_a_command_that_fails_ends_the_release(ready):
+    (ready / "steadyhand").write_text('#!/bin/sh\necho "$PYTHON $*"; test "$PYTHON" != python3.11\n')
+    (ready / "steadyhand").chmod(0o755)
+    run("git", "add", "-A", cwd=ready)
+    run("git", "commit", "-qm", "script", "--amend", cwd=ready)
+    run("git", "tag", "-f", f"v{VERSION}", cwd=ready)
+    done = make_release(ready)
+    assert (done.returncode, done.stdout) == (1, "python3.10 wheel\npython3.11 wheel\n")
+    assert "'env PYTHON=python3.11 ./steadyhand wheel' failed" in done.stderr and not (ready / "dist/NOTES.md").exists()
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ("git tag -d v{v}; git tag v9.9.9", "this commit must have the tag v{v}; it has v9.9.9"),
+        ("git tag -d v{v}", "this commit must have the tag v{v}; it has none"),
+        ("sed -i '/ - 2026-12-24/d' CHANGELOG.md", "CHANGELOG.md must begin with a section '## {v} - YEAR-MONTH-DAY'; it has '## 0.0.1 - 2026-01-01'"),
+        ("sed -i 's/^## {v}.*/## Unreleased ({v})/' CHANGELOG.md", "it has '## Unreleased ({v})'"),
+        ("echo >> CITATION.cff", "the tree is not clean: M CITATION.cff"),
+        ("touch new.py", "the tree is not clean: ?? new.py"),
+        ("rm -rf .git", "the tree is not clean: fatal: not a git repository"),
+        ("sed -i 's/^version: .*/version: 9.9.9/' CITATION.cff", "CITATION.cff has version 9.9.9; CMakeLists.txt has {v}"),
+        ("sed -i '/^version = /d' python/lerobot/robot/pyproject.toml", "python/lerobot/robot/pyproject.toml has version none; CMakeLists.txt has {v}"),
+        ("mkdir dist; touch dist/old.whl", "dist/ has packages of an earlier run: delete it"),
+        ("printf '#!/bin/sh\nexit 1\n' > bin/python3.12", "python3.12 with pip is not on PATH: its wheel cannot be built"),
+    ],
+)  # fmt: skip
+def test_what_is_not_ready_is_refused(ready, change, message):
+    assert run("sh", "-c", change.replace("{v}", VERSION), cwd=ready, GIT_CEILING_DIRECTORIES=str(ready.parent)).returncode == 0
+    for options in ((), ("--dry-run",)):
+        done = make_release(ready, *options)
+        assert (done.returncode, done.stdout) == (2, "") and f"{message.replace('{v}', VERSION)}" in done.stderr
+        assert (ready / "dist/NOTES.md").exists() == bool(options)  # without --dry-run nothing is done
+
+
+def test_an_unknown_option_is_refused():
+    done = run("./steadyhand", "release", "--dry", cwd=ROOT)
+    assert (done.returncode, done.stderr) == (2, "steadyhand: release takes --dry-run or nothing, not '--dry'\n")
