@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+import yaml
 
 from places import ROOT
 
@@ -154,3 +155,28 @@ def test_what_is_not_ready_is_refused(ready, change, message):
 def test_an_unknown_option_is_refused():
     done = run("./steadyhand", "release", "--dry", cwd=ROOT)
     assert (done.returncode, done.stderr) == (2, "steadyhand: release takes --dry-run or nothing, not '--dry'\n")
+
+
+# ---- its workflow
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / ".github/workflows").glob("*.yml")), ids=lambda path: path.stem)
+def test_workflows_run_what_there_is(path):
+    jobs = yaml.safe_load(path.read_text())["jobs"]
+    steps = [step for job in jobs.values() for step in job["steps"]]
+    ours = [words.split() for step in steps for words in re.findall(r"(?:^|&& |\w=\S+ )(\.\S*/.*)", step.get("run", ""), re.MULTILINE)]
+    assert len(ours) > 0
+    for words in ours:
+        assert os.access(ROOT / words[0], os.X_OK) and (words[0] != "./steadyhand" or words[1] in script_commands())
+    assert all(re.fullmatch(r"[\w-]+/[\w-]+@v\d[\d.]*", step["uses"]) for step in steps if "uses" in step)
+    assert all(need in jobs for job in jobs.values() for need in [job.get("needs")] if need)
+
+
+def test_a_person_turns_publishing_on_and_only_tags_make_a_release():
+    workflow = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text())
+    assert workflow[True] == {"push": {"tags": ["v*"]}}  # YAML reads `on` as true
+    assert workflow["permissions"] == {"contents": "read"}
+    publishing = {name: job for name, job in workflow["jobs"].items() if any("pypi-publish" in step.get("uses", "") for step in job["steps"])}
+    assert [job["if"] for job in publishing.values()] == ["vars.PUBLISH == 'true'"]
+    asked = {name: job.get("permissions", {}) for name, job in workflow["jobs"].items()}
+    assert asked == {"build": {}, "release": {"contents": "write", "id-token": "write", "attestations": "write"}, "index": {"id-token": "write"}}
