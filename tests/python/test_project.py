@@ -39,6 +39,8 @@ def test_the_policy_names_this_version():
     page = text("docs/reference/versions.md")
     minor = one(r"^project\(steadyhand VERSION (\d+\.\d+)", "CMakeLists.txt")
     assert set(re.findall(r"\.so\.([\d.]*\d)", page)) == {minor} and f"find_package(steadyhand {minor})" in page
+    files = [found for name in ("README.md", "docs/how-to/install.md") for found in re.findall(r"steadyhand[-_](\d+\.\d+\.\d+)[-_]", text(name))]
+    assert len(files) > 3 and set(files) == {release.versions()["CMakeLists.txt"]}
     protocol = one(r"kProtocolVersion = (\d+)", "src/steadyhand/operator/protocol/page_messages.hpp")
     assert f"a separate version number, now {protocol}." in page and f"Version {protocol}." in text("docs/reference/protocol.md")
 

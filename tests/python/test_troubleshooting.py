@@ -1,14 +1,19 @@
-"""What docs/how-to/troubleshooting.md quotes is what the program, its page and ./steadyhand say."""
+"""What docs/how-to/troubleshooting.md quotes is what the program, its page, ./steadyhand and pip say."""
 
 import re
+from pathlib import Path
+
+import pip
 
 from places import ROOT
+
+PIP = Path(pip.__file__).parent
 
 
 def sources():
     """All that can be said, with literals that go on in the next line joined."""
     paths = [ROOT / "steadyhand", *(ROOT / "src").rglob("*.cpp"), *(ROOT / "src").rglob("*.hpp"), *(ROOT / "web/src").rglob("*.ts"),
-             *(ROOT / "python").rglob("*.py"), *(ROOT / "cmake").glob("*.cmake"), *(ROOT / "setup").glob("*.py")]
+             *(ROOT / "python").rglob("*.py"), *(ROOT / "cmake").glob("*.cmake"), *(ROOT / "setup").glob("*.py"), *(PIP / "_internal").rglob("*.py"), PIP / "_vendor/urllib3/connection.py"]
     return re.sub(r'"\s*\n\s*"', "", "\n".join(path.read_text() for path in paths))
 
 
