@@ -35,6 +35,7 @@ COMMANDS = {
     "bench": (["TESTS", "UR", "FATROP"], ["requirements-bench.txt", "acados"]),
     "check": (["UR"], []),
     "dataset": (["PYTHON"], ["requirements-dataset.txt"]),
+    "deb": (["FIT", "UR", "ROS2", "MUJOCO", "CAMERA"], ["apt-deb.txt"]),
     "docs": (["FIT", "UR", "MUJOCO", "PYTHON"], ["apt-docs.txt", "requirements-docs.txt", "requirements-dataset.txt", *(f"requirements-{name}.txt" for name in ROBOTS)]),
     "fit": (["FIT"], []),
     "policy": (["PYTHON", "MUJOCO", "FIT"], []),

@@ -8,7 +8,7 @@ from pathlib import Path
 from ._places import program
 
 PYTHON = {"study": ".study.__main__", "dataset": ".dataset.__main__", "score": ".score.__main__", "policy": ".policies.__main__"}
-CHECKOUT = {"bench": "compilers and other solvers", "docs": "its sources", "format": "its sources", "site": "compilers", "test": "compilers", "wheel": "compilers"}
+CHECKOUT = ("bench", "deb", "docs", "format", "python", "release", "site", "test", "wheel")
 
 
 def main() -> int:
@@ -19,7 +19,7 @@ def main() -> int:
     if module is not None:
         return import_module(module, __package__).main(words)
     if command in CHECKOUT:
-        print(f"steadyhand: '{command}' needs {CHECKOUT[command]}: run ./steadyhand {command} in a checkout", file=sys.stderr)
+        print(f"steadyhand: '{command}' needs the sources and compilers: run ./steadyhand {command} in a checkout", file=sys.stderr)
         return 2
     try:
         path = program()

@@ -521,7 +521,7 @@ def test_the_version_names_the_processor():
 
 def test_what_takes_a_checkout_or_the_program_says_so(tmp_path):
     done = package("bench")
-    assert (done.returncode, done.stderr) == (2, "steadyhand: 'bench' needs compilers and other solvers: run ./steadyhand bench in a checkout\n")
+    assert (done.returncode, done.stderr) == (2, "steadyhand: 'bench' needs the sources and compilers: run ./steadyhand bench in a checkout\n")
     bare = {"PYTHONPATH": str(PACKAGE.parent), "PATH": str(tmp_path)}
     done = subprocess.run([sys.executable, "-m", "steadyhand", "demo"], capture_output=True, text=True, env=bare, timeout=60)
     assert done.returncode == 2 and done.stderr.startswith("steadyhand: this installation has the library alone")

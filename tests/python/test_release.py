@@ -108,7 +108,7 @@ def test_a_dry_run_shows_the_commands_and_writes_the_notes(ready):
 def script_commands():
     """What ./steadyhand takes."""
     cases = re.findall(r"^ +(\w[\w |]*)\)", (ROOT / "steadyhand").read_text(), re.MULTILINE)
-    return {word for case in cases for word in case.split(" | ")} | set(install.COMMANDS) | {"deb"}
+    return {word for case in cases for word in case.split(" | ")} | set(install.COMMANDS)
 
 
 def test_every_command_of_a_release_is_one_of_the_script():
