@@ -87,6 +87,13 @@ def test_the_program_works_where_it_was_moved(prefix, tmp_path):
     assert (tmp_path / "waiter/plan.csv").exists()
 
 
+def test_the_program_loads_mujoco_where_it_was_moved(prefix, tmp_path):
+    if not list(prefix.glob("share/steadyhand/packages/mujoco/libmujoco.so.*")):
+        pytest.skip("MuJoCo is not installed")
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("STEADYHAND")}
+    run(prefix / "bin/steadyhand", "demo", "--arm", "mujoco", "--headless", "--no-recording", "--seconds", "0.2", cwd=tmp_path, env=environment)
+
+
 @pytest.mark.parametrize("asked, said", [("0.3 COMPONENTS planning live", ""), ("0.2", 'requested version "0.2"'),
                                          ("0.3 COMPONENTS plan", "it has no component plan; there is planning, and live if")])  # fmt: skip
 def test_what_cannot_be_found_is_told(prefix, tmp_path, asked, said):

@@ -37,12 +37,12 @@ class Simulation:
     """A task of steadyhand (docs/reference/tasks.md) in virtual time, as fast as the machine can. One thread.
 
     task, robot, profile: name or file; the default robot is that of the task. rate: plans per second, Hz.
-    Raises SteadyhandError with the reason for invalid input, and if this build has no MuJoCo.
+    Raises SteadyhandError with the reason for invalid input, and if there is no MuJoCo.
     """
 
     def __init__(self, task: str, *, profile: str = "tracking", robot: str = "", rate: float = 50.0) -> None:
         if _native.Simulation is None:
-            raise _native.SteadyhandError("this build of steadyhand simulates no tasks: it was built without MuJoCo, as wheels are; a checkout's has it (docs/how-to/policies.md)")
+            raise _native.SteadyhandError("this build of steadyhand simulates no tasks: it was built without MuJoCo (docs/how-to/policies.md)")
         self._native = _native.Simulation(text("task", task), text("robot", robot), text("profile", profile), number("rate", rate, "Hz"))
         self._began = False
 

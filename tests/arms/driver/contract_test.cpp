@@ -13,6 +13,8 @@
 #include "support/ur/lockstep.hpp"
 #ifdef STEADYHAND_MUJOCO
 #include "steadyhand/arms/mujoco/mujoco_arm.hpp"
+#include "steadyhand/arms/mujoco/mujoco_library.hpp"
+#include "steadyhand/files/config/places.hpp"
 #endif
 #ifdef STEADYHAND_ROS2
 #include "support/ros2/lockstep.hpp"
@@ -43,6 +45,7 @@ std::vector<ArmMaker> mujoco() {
 #ifdef STEADYHAND_MUJOCO
   const auto maker = [](const std::string& name, const MujocoSettings& settings) {
     return ArmMaker{name, [settings](const RobotModel& model, Clock& clock) {
+                      EXPECT_TRUE(load_mujoco(Places::standard().packages));
                       ChainDynamics dynamics;
                       dynamics.links.assign(model.dof() + 1, {2.0, Vector3::Zero(), 0.01 * Matrix3::Identity()});
                       dynamics.effort_max = JointVector::Constant(model.dof(), 300.0);

@@ -19,6 +19,7 @@
 namespace steadyhand {
 namespace {
 
+[[maybe_unused]] const Status loaded = load_mujoco(Places::standard().packages);
 constexpr int kContacts = 8;
 
 struct OnUr5e : testing::Test {
@@ -72,8 +73,8 @@ TEST_F(OnUr5e, HasTheMassesAndTorquesOfItsUrdf) {
   const Result<SceneModel> scene = make_scene_model(model, dynamics, {}, task, 0.001);
   ASSERT_TRUE(scene) << scene.error().message;
   const double held = 0.8 + 0.1 + 0.546;  // of tasks/tools/glass.xml
-  EXPECT_NEAR(scene->model->body_subtreemass[mj_name2id(scene->model.get(), mjOBJ_BODY, "arm/base")], mass + held,
-              1e-9);
+  EXPECT_NEAR(scene->model->body_subtreemass[mujoco().mj_name2id(scene->model.get(), mjOBJ_BODY, "arm/base")],
+              mass + held, 1e-9);
 }
 
 TEST_F(OnUr5e, StandsAndFollowsCloselyWhereNothingIsInTheWay) {
@@ -253,18 +254,18 @@ TEST(Robotiq2f85, OpensBySome86Millimetres) {
   const Result<SceneModel> scene = make_scene_model(model, *open_dynamics("ur5e_gripper"), {}, task, 0.001);
   ASSERT_TRUE(scene) << scene.error().message;
   const mjModel* m = scene->model.get();
-  const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(m), mj_deleteData);
+  const std::unique_ptr<mjData, void (*)(mjData*)> data(mujoco().mj_makeData(m), mujoco().mj_deleteData);
   const auto gap_at = [&](double angle) {
     for (const char* name : {"right_knuckle", "left_knuckle"}) {
-      data->qpos[m->jnt_qposadr[mj_name2id(m, mjOBJ_JOINT, name)]] = angle;
+      data->qpos[m->jnt_qposadr[mujoco().mj_name2id(m, mjOBJ_JOINT, name)]] = angle;
     }
     for (const char* name : {"right_finger", "left_finger"}) {
-      data->qpos[m->jnt_qposadr[mj_name2id(m, mjOBJ_JOINT, name)]] = -angle;
+      data->qpos[m->jnt_qposadr[mujoco().mj_name2id(m, mjOBJ_JOINT, name)]] = -angle;
     }
-    mj_kinematics(m, data.get());
+    mujoco().mj_kinematics(m, data.get());
     std::array<Vector3, 2> pads;
     for (int i = 0; i < 2; ++i) {
-      const int body = mj_name2id(m, mjOBJ_BODY, kFingers[i]);
+      const int body = mujoco().mj_name2id(m, mjOBJ_BODY, kFingers[i]);
       const int pad = m->body_geomadr[body] + m->body_geomnum[body] - 1;
       pads[i] = Eigen::Map<const Vector3>(data->geom_xpos + 3 * pad);
     }

@@ -11,6 +11,7 @@
 #include "steadyhand/geometry/robot/kinematics.hpp"
 #ifdef STEADYHAND_MUJOCO
 #include "steadyhand/arms/mujoco/mujoco_arm.hpp"
+#include "steadyhand/arms/mujoco/mujoco_library.hpp"
 #include "steadyhand/files/config/open.hpp"
 #endif
 #ifdef STEADYHAND_ROS2
@@ -108,9 +109,9 @@ Status has_ros2() {
 #endif
 }
 
-Status has_mujoco() {
+Status has_mujoco([[maybe_unused]] const Places& places) {
 #ifdef STEADYHAND_MUJOCO
-  return Done{};
+  return load_mujoco(places.packages);
 #else
   return Error{
       "this program was built without MuJoCo: install the PyPI package mujoco-core of "
@@ -175,9 +176,6 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   if (kind == nullptr) return Error{fmt::format("--arm is '{}'; {}", choice.arm, suggestion(choice.arm, arm_names()))};
   if (kind == &kRos2Controller) {
     if (Status s = has_ros2(); !s) return s;
-  }
-  if (kind == &kMujoco) {
-    if (Status s = has_mujoco(); !s) return s;
   }
   if (kind == &kUniversalRobots) {
     if (Status s = has_ur(); !s) return s;

@@ -9,6 +9,7 @@
 #include "steadyhand/arms/driver/arm_kinds.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/core/time.hpp"
+#include "steadyhand/files/config/places.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/operator/console/settings.hpp"
 
@@ -45,8 +46,8 @@ Status take_calibration(const ArmChoice& choice, RobotModel& model);
 Status prepare_arm(const ArmChoice& choice, RobotModel& model);
 /// Fails with what to install, if this program was built without ROS 2.
 Status has_ros2();
-/// The same of MuJoCo.
-Status has_mujoco();
+/// The same of MuJoCo, which is loaded from these places.
+Status has_mujoco(const Places& places);
 /// The same of arms of Universal Robots.
 Status has_ur();
 /// Model and clock must outlive it.

@@ -20,6 +20,7 @@ Status choose_task(const ArmChoice& choice, const Places& places, const Settings
     return Error{
         fmt::format("task is '{}', and the arm '{}' has no contact; --arm mujoco has", settings.task_name, choice.arm)};
   }
+  if (Status s = has_mujoco(places); !s) return s;
   if (settings.mujoco.contact != ContactPolicy::kStop) {
     settings.live.control.path_tolerance = std::numeric_limits<double>::infinity();
   }

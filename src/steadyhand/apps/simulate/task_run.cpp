@@ -11,6 +11,7 @@ namespace steadyhand {
 
 Result<TaskStage> TaskStage::open(const std::string& task, const std::string& robot, const std::string& profile,
                                   double rate_hz, const Places& places) {
+  if (Status s = load_mujoco(places.packages); !s) return s.error();
   TaskStage stage;
   Result<Task> opened = open_task(task, places);
   if (!opened) return opened.error();

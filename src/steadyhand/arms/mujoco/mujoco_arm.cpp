@@ -33,7 +33,9 @@ struct MujocoArm::Simulation {
   bool touches_forbidden = false;
 
   Simulation(std::unique_ptr<SceneModel> made, const ChainDynamics& dynamics, const MujocoSettings& settings)
-      : scene(std::move(made)), data(mj_makeData(scene->model.get()), mj_deleteData), effort(dynamics.effort_max) {
+      : scene(std::move(made)),
+        data(mujoco().mj_makeData(scene->model.get()), mujoco().mj_deleteData),
+        effort(dynamics.effort_max) {
     const mjModel* m = scene->model.get();
     steps = static_cast<int>(std::ceil(1.0 / (settings.rate_hz * kLongestStep) - 1e-9));
     acceleration.resize(m->nv);
@@ -72,7 +74,7 @@ MujocoArm::MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene,
       held_{{now_, now_}, q_, dq_, dq_} {
   simulation_->closes_in = model.gripper_time.value_or(kClosesIn);
   for (int k = 0; k < model.dof(); ++k) simulation_->data->qpos[simulation_->scene->position[k]] = q_[k];
-  mj_forward(simulation_->scene->model.get(), simulation_->data.get());
+  mujoco().mj_forward(simulation_->scene->model.get(), simulation_->data.get());
 }
 
 MujocoArm::~MujocoArm() = default;
@@ -114,10 +116,10 @@ void MujocoArm::step(const JointCommand& set_point) {
   Simulation& s = *simulation_;
   mjModel* m = s.scene->model.get();
   mjData* d = s.data.get();
-  mj_step1(m, d);
+  mujoco().mj_step1(m, d);
   const int n = model_->dof();
   for (int k = 0; k < n; ++k) s.acceleration[s.scene->velocity[k]] = set_point.ddq[k];
-  mj_mulM(m, d, s.inertial.data(), s.acceleration.data());
+  mujoco().mj_mulM(m, d, s.inertial.data(), s.acceleration.data());
   for (int k = 0; k < n; ++k) {
     const int at = s.scene->velocity[k], servo = s.scene->actuator[k];
     const double catch_up = s.damping[k] * kCatchUp * model_->velocity_max[k];
@@ -132,7 +134,7 @@ void MujocoArm::step(const JointCommand& set_point) {
     s.gripper_wish += std::clamp(*gripper_command_ - s.gripper_wish, -most, most);
     d->ctrl[s.scene->gripper] = s.scene->gripper_closed * s.gripper_wish;
   }
-  mj_step2(m, d);
+  mujoco().mj_step2(m, d);
   if (gripper_) gripper_ = std::clamp(d->actuator_length[s.scene->gripper] / s.scene->gripper_closed, 0.0, 1.0);
   const bool touched = std::exchange(s.touches_forbidden, touches_forbidden());
   state_.forbidden += !touched && s.touches_forbidden;
@@ -181,7 +183,7 @@ void MujocoArm::place_things() {
       std::fill_n(d->qvel + m->body_dofadr[body], 6, 0.0);
     }
   }
-  mj_forward(m, d);
+  mujoco().mj_forward(m, d);
   ++state_.reset;
   state_.forbidden = 0;
   show(now_);
@@ -202,7 +204,7 @@ void MujocoArm::show(Time now) {
     const double* R = (is_site ? d->site_xmat : d->xmat) + 9 * id;
     shown.X_base_thing.q = Quaternion(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R));
     double velocity[6];
-    mj_objectVelocity(m, d, is_site ? mjOBJ_SITE : mjOBJ_BODY, id, velocity, 0);
+    mujoco().mj_objectVelocity(m, d, is_site ? mjOBJ_SITE : mjOBJ_BODY, id, velocity, 0);
     shown.turning = Eigen::Map<const Vector3>(velocity);
     shown.velocity = Eigen::Map<const Vector3>(velocity + 3);
     shown.touches = 0;
@@ -255,7 +257,7 @@ double MujocoArm::contact_force() const {
     if (contact.geom[0] < 0 || contact.geom[1] < 0) continue;
     if (((m->geom_contype[contact.geom[0]] | m->geom_contype[contact.geom[1]]) & kArmBit) == 0) continue;
     double force[6];
-    mj_contactForce(m, simulation_->data.get(), c, force);
+    mujoco().mj_contactForce(m, simulation_->data.get(), c, force);
     sum += force[0];
   }
   return sum;

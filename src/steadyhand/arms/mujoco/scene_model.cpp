@@ -17,11 +17,8 @@ constexpr double kRotor = 0.1 / 150.0;
 /// How far a joint may be pressed beyond its limit, rad (m), until a hard stop.
 constexpr double kStopMargin = 0.02;
 
-/// MuJoCo prints what it warns of; what matters here is looked up in its data.
-void be_silent(const char*) {}
-
 struct FreeSpec {
-  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
+  void operator()(mjSpec* spec) const { mujoco().mj_deleteSpec(spec); }
 };
 using Spec = std::unique_ptr<mjSpec, FreeSpec>;
 
@@ -35,7 +32,7 @@ Result<Spec> parse(const std::filesystem::path& file) {
   std::array<char, 1000> error{};
   std::error_code code;
   if (!std::filesystem::is_regular_file(file, code)) return Error{fmt::format("{}: no such file", file.string())};
-  Spec spec(mj_parseXML(file.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
+  Spec spec(mujoco().mj_parseXML(file.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
   if (!spec) return failure(file, error.data());
   return spec;
 }
@@ -49,8 +46,8 @@ void place(Placed& placed, const Eigen::Isometry3d& X) {
 }
 
 void add_geom(mjsBody* body, const std::string& name, const Shape& shape, const Eigen::Isometry3d& X, int bit) {
-  mjsGeom* geom = mjs_addGeom(body, nullptr);
-  mjs_setName(geom->element, name.c_str());
+  mjsGeom* geom = mujoco().mjs_addGeom(body, nullptr);
+  mujoco().mjs_setName(geom->element, name.c_str());
   place(*geom, X);
   geom->contype = bit;
   geom->conaffinity = kSceneBit;
@@ -92,9 +89,9 @@ void set_inertia(mjsBody& body, const Inertia& inertia) {
 }
 
 void add_joint(mjSpec& spec, mjsBody& body, const RobotModel& arm, int k, double effort) {
-  mjsJoint* joint = mjs_addJoint(&body, nullptr);
+  mjsJoint* joint = mujoco().mjs_addJoint(&body, nullptr);
   const std::string name = "arm/" + arm.joints[k].name;
-  mjs_setName(joint->element, name.c_str());
+  mujoco().mjs_setName(joint->element, name.c_str());
   joint->type = arm.joints[k].type == JointType::kRevolute ? mjJNT_HINGE : mjJNT_SLIDE;
   Eigen::Map<Vector3>(joint->axis) = arm.joints[k].axis;
   joint->limited = mjLIMITED_TRUE;
@@ -103,10 +100,10 @@ void add_joint(mjSpec& spec, mjsBody& body, const RobotModel& arm, int k, double
   joint->range[1] = unit * (arm.position_max[k] + kStopMargin);
   joint->armature = kRotor * effort;
 
-  mjsActuator* servo = mjs_addActuator(&spec, nullptr);
-  mjs_setName(servo->element, name.c_str());
+  mjsActuator* servo = mujoco().mjs_addActuator(&spec, nullptr);
+  mujoco().mjs_setName(servo->element, name.c_str());
   servo->trntype = mjTRN_JOINT;
-  mjs_setString(servo->target, name.c_str());
+  mujoco().mjs_setString(servo->target, name.c_str());
   servo->gaintype = mjGAIN_FIXED;
   servo->gainprm[0] = 1.0;
   servo->biastype = mjBIAS_AFFINE;  // damping: see add_damping
@@ -118,12 +115,12 @@ void add_joint(mjSpec& spec, mjsBody& body, const RobotModel& arm, int k, double
 /// The chain, from link 0 to the last, whose body it returns.
 mjsBody* add_arm(mjSpec& spec, const RobotModel& arm, const ChainDynamics& dynamics,
                  const std::vector<std::string>& without) {
-  mjsBody* at = mjs_addBody(mjs_findBody(&spec, "world"), nullptr);
-  mjs_setName(at->element, "arm/base");
+  mjsBody* at = mujoco().mjs_addBody(mujoco().mjs_findBody(&spec, "world"), nullptr);
+  mujoco().mjs_setName(at->element, "arm/base");
   std::vector<mjsBody*> links = {at};
   for (int k = 0; k < arm.dof(); ++k) {
-    at = mjs_addBody(at, nullptr);
-    mjs_setName(at->element, fmt::format("arm/link_{}", k + 1).c_str());
+    at = mujoco().mjs_addBody(at, nullptr);
+    mujoco().mjs_setName(at->element, fmt::format("arm/link_{}", k + 1).c_str());
     place(*at, arm.joints[k].origin);
     set_inertia(*at, dynamics.links[k + 1]);
     add_joint(spec, *at, arm, k, dynamics.effort_max[k]);
@@ -139,31 +136,31 @@ mjsBody* add_arm(mjSpec& spec, const RobotModel& arm, const ChainDynamics& dynam
 /// The body `tool` of a file at the end of the arm, or an empty one.
 Status add_tool(mjsBody& last, const RobotModel& arm, const std::filesystem::path& file, const mjSpec* read) {
   if (read == nullptr) {
-    mjsBody* tool = mjs_addBody(&last, nullptr);
-    mjs_setName(tool->element, "tool");
+    mjsBody* tool = mujoco().mjs_addBody(&last, nullptr);
+    mujoco().mjs_setName(tool->element, "tool");
     place(*tool, arm.tool.origin);
     return Done{};
   }
-  mjsBody* tool = mjs_findBody(read, "tool");
+  mjsBody* tool = mujoco().mjs_findBody(read, "tool");
   if (tool == nullptr) return Error{fmt::format("{}: has no body named 'tool'", file.string())};
-  mjsFrame* frame = mjs_addFrame(&last, nullptr);
+  mjsFrame* frame = mujoco().mjs_addFrame(&last, nullptr);
   place(*frame, arm.tool.origin);
-  mjsElement* attached = mjs_attach(frame->element, tool->element, "", "");
-  if (attached == nullptr) return failure(file, mjs_getError(mjs_getSpec(last.element)));
+  mjsElement* attached = mujoco().mjs_attach(frame->element, tool->element, "", "");
+  if (attached == nullptr) return failure(file, mujoco().mjs_getError(mujoco().mjs_getSpec(last.element)));
   return Done{};
 }
 
 /// Critical damping of each servo at home, and what its motion needs of it.
 void add_damping(const RobotModel& arm, const ChainDynamics& dynamics, SceneModel& scene) {
   mjModel* model = scene.model.get();
-  const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(model), mj_deleteData);
+  const std::unique_ptr<mjData, void (*)(mjData*)> data(mujoco().mj_makeData(model), mujoco().mj_deleteData);
   for (int k = 0; k < arm.dof(); ++k) data->qpos[scene.position[k]] = arm.home[k];
-  mj_forward(model, data.get());
+  mujoco().mj_forward(model, data.get());
   std::vector<double> one(model->nv), column(model->nv);
   for (int k = 0; k < arm.dof(); ++k) {
     std::fill(one.begin(), one.end(), 0.0);
     one[scene.velocity[k]] = 1.0;
-    mj_mulM(model, data.get(), column.data(), one.data());
+    mujoco().mj_mulM(model, data.get(), column.data(), one.data());
     const double stiffness = dynamics.effort_max[k] / kErrorAtFullTorque;
     const double damping = 2.0 * std::sqrt(stiffness * column[scene.velocity[k]]);
     model->actuator_biasprm[scene.actuator[k] * mjNBIAS + 2] = -damping;
@@ -174,8 +171,9 @@ Status find_things(const Task& task, SceneModel& scene) {
   const mjModel* model = scene.model.get();
   for (const std::string& name : task.things) {
     SceneModel::Thing thing;
-    thing.site = mj_name2id(model, mjOBJ_SITE, name.c_str());
-    thing.body = thing.site >= 0 ? model->site_bodyid[thing.site] : mj_name2id(model, mjOBJ_BODY, name.c_str());
+    thing.site = mujoco().mj_name2id(model, mjOBJ_SITE, name.c_str());
+    thing.body =
+        thing.site >= 0 ? model->site_bodyid[thing.site] : mujoco().mj_name2id(model, mjOBJ_BODY, name.c_str());
     if (thing.body < 0) {
       return Error{
           fmt::format("task '{}' names '{}'; {} has no site and no body of that name", task.name, name, task.scene)};
@@ -199,7 +197,7 @@ Status find_things(const Task& task, SceneModel& scene) {
 /// The gripper of the tool, if it is one.
 void find_gripper(SceneModel& scene) {
   const mjModel* model = scene.model.get();
-  scene.gripper = mj_name2id(model, mjOBJ_ACTUATOR, kGripper);
+  scene.gripper = mujoco().mj_name2id(model, mjOBJ_ACTUATOR, kGripper);
   if (scene.gripper >= 0) scene.gripper_closed = model->actuator_ctrlrange[2 * scene.gripper + 1];
 }
 
@@ -229,10 +227,11 @@ void find_roles(const RobotModel& arm, const Task& task, SceneModel& scene) {
       }
     }
     for (int finger = 0; finger < 2; ++finger) {
-      if (of == mj_name2id(model, mjOBJ_BODY, kFingers[finger])) role.finger = finger;
+      if (of == mujoco().mj_name2id(model, mjOBJ_BODY, kFingers[finger])) role.finger = finger;
     }
     for (std::size_t k = 0; k < task.keeps_off.size(); ++k) {
-      if (geom == mj_name2id(model, mjOBJ_GEOM, task.keeps_off[k].geom.c_str())) role.kept_off = static_cast<int>(k);
+      if (geom == mujoco().mj_name2id(model, mjOBJ_GEOM, task.keeps_off[k].geom.c_str()))
+        role.kept_off = static_cast<int>(k);
       const bool is_arm = (model->geom_contype[geom] & kArmBit) != 0;
       if (is_arm && !may_touch(task.keeps_off[k], arm, task, *model, geom)) role.not_touch |= std::uint64_t{1} << k;
     }
@@ -243,8 +242,8 @@ void find_roles(const RobotModel& arm, const Task& task, SceneModel& scene) {
 
 Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& dynamics, const Cell& cell,
                                     const Task& task, double step) {
-  mju_user_warning = be_silent;
-  Result<Spec> read = task.scene.empty() ? Result<Spec>(Spec(mj_makeSpec())) : parse(task.scene);
+  if (Status s = load_mujoco(); !s) return s.error();
+  Result<Spec> read = task.scene.empty() ? Result<Spec>(Spec(mujoco().mj_makeSpec())) : parse(task.scene);
   if (!read) return read.error();
   Spec tool;
   if (!task.tool.empty()) {
@@ -270,7 +269,7 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
   };
   for (const CellObject& object : in_base(cell, arm).objects) {
     if (!object.attached && !of_scene(object.name)) {
-      add_geom(mjs_findBody(&spec, "world"), "cell/" + object.name, object.shape, object.origin, kSceneBit);
+      add_geom(mujoco().mjs_findBody(&spec, "world"), "cell/" + object.name, object.shape, object.origin, kSceneBit);
     }
   }
   mjsBody* last = add_arm(spec, arm, dynamics, task.stands_for);
@@ -281,17 +280,18 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
   spec.option.gravity[2] = -kGravity.z();
 
   SceneModel scene;
-  scene.model.reset(mj_compile(&spec, nullptr));
-  if (!scene.model) return failure(task.scene.empty() ? std::string("the arm") : task.scene, mjs_getError(&spec));
+  scene.model.reset(mujoco().mj_compile(&spec, nullptr));
+  if (!scene.model)
+    return failure(task.scene.empty() ? std::string("the arm") : task.scene, mujoco().mjs_getError(&spec));
   const mjModel* model = scene.model.get();
   for (const Joint& joint : arm.joints) {
     const std::string name = "arm/" + joint.name;
-    const int id = mj_name2id(model, mjOBJ_JOINT, name.c_str());
+    const int id = mujoco().mj_name2id(model, mjOBJ_JOINT, name.c_str());
     scene.position.push_back(model->jnt_qposadr[id]);
     scene.velocity.push_back(model->jnt_dofadr[id]);
-    scene.actuator.push_back(mj_name2id(model, mjOBJ_ACTUATOR, name.c_str()));
+    scene.actuator.push_back(mujoco().mj_name2id(model, mjOBJ_ACTUATOR, name.c_str()));
   }
-  scene.tool = mj_name2id(model, mjOBJ_BODY, "tool");
+  scene.tool = mujoco().mj_name2id(model, mjOBJ_BODY, "tool");
   add_damping(arm, dynamics, scene);
   if (Status s = find_things(task, scene); !s) return s.error();
   find_gripper(scene);
@@ -304,18 +304,18 @@ namespace {
 /// A task's scene without an arm.
 struct BareScene {
   std::unique_ptr<mjModel, SceneModel::FreeModel> model;
-  std::unique_ptr<mjData, void (*)(mjData*)> data{nullptr, mj_deleteData};
+  std::unique_ptr<mjData, void (*)(mjData*)> data{nullptr, mujoco().mj_deleteData};
 };
 
 Result<BareScene> bare_scene(const Task& task) {
-  mju_user_warning = be_silent;
+  if (Status s = load_mujoco(); !s) return s.error();
   Result<Spec> spec = parse(task.scene);
   if (!spec) return spec.error();
   BareScene scene;
-  scene.model.reset(mj_compile(spec->get(), nullptr));
-  if (!scene.model) return failure(task.scene, mjs_getError(spec->get()));
-  scene.data.reset(mj_makeData(scene.model.get()));
-  mj_kinematics(scene.model.get(), scene.data.get());
+  scene.model.reset(mujoco().mj_compile(spec->get(), nullptr));
+  if (!scene.model) return failure(task.scene, mujoco().mjs_getError(spec->get()));
+  scene.data.reset(mujoco().mj_makeData(scene.model.get()));
+  mujoco().mj_kinematics(scene.model.get(), scene.data.get());
   return scene;
 }
 
@@ -370,7 +370,7 @@ Result<std::vector<CellObject>> kept_off(const Task& task) {
     const auto refuse = [&](const std::string& reason) {
       return Error{fmt::format("task '{}' forbids contact with geom '{}', {}", task.name, each.geom, reason)};
     };
-    const int id = mj_name2id(&model, mjOBJ_GEOM, each.geom.c_str());
+    const int id = mujoco().mj_name2id(&model, mjOBJ_GEOM, each.geom.c_str());
     if (id < 0) return refuse("which " + task.scene + " does not have");
     if (model.body_weldid[model.geom_bodyid[id]] != 0)
       return refuse("which moves; only stationary geoms can be obstacles");
@@ -392,12 +392,12 @@ Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, 
   const mjModel& model = *scene->model;
   for (const Placing& placing : task.placings) {
     const std::string& name = task.things[placing.thing];
-    const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
+    const int body = mujoco().mj_name2id(&model, mjOBJ_BODY, name.c_str());
     if (body < 0) continue;  // make_scene_model reports it
     for (int i = 0; i < model.body_geomnum[body]; ++i) {
       const int geom = model.body_geomadr[body] + i;
       double R[9];
-      mju_quat2Mat(R, model.geom_quat + 4 * geom);
+      mujoco().mju_quat2Mat(R, model.geom_quat + 4 * geom);
       auto object = solid(model, geom, transform(model.geom_pos + 3 * geom, R));
       if (!object) {
         return Error{fmt::format("task '{}' places '{}' with a geom {}", task.name, name, kKinds)};

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <mujoco/mujoco.h>
-
 #include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "steadyhand/arms/mujoco/mujoco_library.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/geometry/robot/urdf_dynamics.hpp"
@@ -25,7 +24,7 @@ inline constexpr const char *kGripper = "gripper", *kFingers[] = {"left_finger",
 /// limits change.
 struct SceneModel {
   struct FreeModel {
-    void operator()(mjModel* unused) const { mj_deleteModel(unused); }
+    void operator()(mjModel* unused) const { mujoco().mj_deleteModel(unused); }
   };
   std::unique_ptr<mjModel, FreeModel> model;
   std::vector<int> position, velocity;  ///< n: where joint k is in qpos and qvel

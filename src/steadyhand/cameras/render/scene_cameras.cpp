@@ -27,26 +27,26 @@ class SceneCameras final : public PictureSource {
         next_(cameras.size(), Time(0)),
         clock_(&clock),
         model_(std::move(model)),
-        data_(mj_makeData(model_.get()), mj_deleteData),
+        data_(mujoco().mj_makeData(model_.get()), mujoco().mj_deleteData),
         context_(std::move(context)) {
-    mjr_defaultContext(&drawing_);
-    mjr_makeContext(model_.get(), &drawing_, mjFONTSCALE_100);
-    mjr_setBuffer(mjFB_OFFSCREEN, &drawing_);
-    mjv_defaultScene(&scene_);
-    mjv_makeScene(model_.get(), &scene_, kMostGeoms);
-    mjv_defaultOption(&option_);
+    mujoco().mjr_defaultContext(&drawing_);
+    mujoco().mjr_makeContext(model_.get(), &drawing_, mjFONTSCALE_100);
+    mujoco().mjr_setBuffer(mjFB_OFFSCREEN, &drawing_);
+    mujoco().mjv_defaultScene(&scene_);
+    mujoco().mjv_makeScene(model_.get(), &scene_, kMostGeoms);
+    mujoco().mjv_defaultOption(&option_);
     for (const CameraInfo& camera : cameras_) {
       mjvCamera& view = views_.emplace_back();
-      mjv_defaultCamera(&view);
+      mujoco().mjv_defaultCamera(&view);
       view.type = mjCAMERA_FIXED;
-      view.fixedcamid = mj_name2id(model_.get(), mjOBJ_CAMERA, camera.name.c_str());
+      view.fixedcamid = mujoco().mj_name2id(model_.get(), mjOBJ_CAMERA, camera.name.c_str());
     }
     context_->release();
   }
   ~SceneCameras() override {
     (void)context_->make_current();
-    mjv_freeScene(&scene_);
-    mjr_freeContext(&drawing_);
+    mujoco().mjv_freeScene(&scene_);
+    mujoco().mjr_freeContext(&drawing_);
   }
 
   const std::vector<CameraInfo>& cameras() const override { return cameras_; }
@@ -84,17 +84,17 @@ class SceneCameras final : public PictureSource {
     std::copy_n(at, m->nq, d->qpos);
     std::copy_n(at + m->nq, 3 * m->nmocap, d->mocap_pos);
     std::copy_n(at + m->nq + 3 * m->nmocap, 4 * m->nmocap, d->mocap_quat);
-    mj_kinematics(m, d);
-    mj_comPos(m, d);
-    mj_camlight(m, d);
-    mj_tendon(m, d);
-    mjv_updateScene(m, d, &option_, nullptr, &views_[camera], mjCAT_ALL, &scene_);
+    mujoco().mj_kinematics(m, d);
+    mujoco().mj_comPos(m, d);
+    mujoco().mj_camlight(m, d);
+    mujoco().mj_tendon(m, d);
+    mujoco().mjv_updateScene(m, d, &option_, nullptr, &views_[camera], mjCAT_ALL, &scene_);
     const int width = cameras_[camera].width, height = cameras_[camera].height;
     const mjrRect all{0, 0, width, height};
-    mjr_render(all, &scene_, &drawing_);
+    mujoco().mjr_render(all, &scene_, &drawing_);
     const auto row = static_cast<std::size_t>(3 * width);
     rows_.resize(row * height);
-    mjr_readPixels(rows_.data(), nullptr, all, &drawing_);
+    mujoco().mjr_readPixels(rows_.data(), nullptr, all, &drawing_);
     picture.camera = static_cast<int>(camera);
     picture.exposed = view_.at;
     picture.rgb.resize(row * height);
@@ -127,7 +127,7 @@ Result<std::unique_ptr<PictureSource>> make_scene_cameras(MujocoArm& arm, const 
                                                           Clock& clock) {
   const mjModel* of_arm = arm.scene_model().model.get();
   std::vector<std::string> known;
-  for (int i = 0; i < of_arm->ncam; ++i) known.emplace_back(mj_id2name(of_arm, mjOBJ_CAMERA, i));
+  for (int i = 0; i < of_arm->ncam; ++i) known.emplace_back(mujoco().mj_id2name(of_arm, mjOBJ_CAMERA, i));
   for (const CameraInfo& camera : cameras) {
     if (std::find(known.begin(), known.end(), camera.name) == known.end()) {
       return Error{fmt::format("the scene has no camera '{}'; {}", camera.name,
@@ -139,7 +139,7 @@ Result<std::unique_ptr<PictureSource>> make_scene_cameras(MujocoArm& arm, const 
   (void)setenv("LP_NUM_THREADS", "0", 0);
   auto context = OffscreenContext::make();
   if (!context) return context.error();
-  std::unique_ptr<mjModel, SceneModel::FreeModel> model(mj_copyModel(nullptr, of_arm));
+  std::unique_ptr<mjModel, SceneModel::FreeModel> model(mujoco().mj_copyModel(nullptr, of_arm));
   const auto larger = [](int a, const CameraInfo& camera, int CameraInfo::*side) { return std::max(a, camera.*side); };
   model->vis.global.offwidth = model->vis.global.offheight = 1;
   for (const CameraInfo& camera : cameras) {

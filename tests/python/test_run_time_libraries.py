@@ -1,0 +1,55 @@
+"""MuJoCo is loaded when it is first needed, and an error says what to install."""
+
+import os
+import re
+import subprocess
+
+import pytest
+
+from places import PROGRAM, ROOT
+
+SHARE = PROGRAM.parent / "share/steadyhand"
+
+
+def demo(*words, **environment):
+    command = [PROGRAM, "demo", "--headless", "--no-recording", "--seconds", "0.2", *words]
+    variables = {key: value for key, value in os.environ.items() if not key.startswith("STEADYHAND")} | {key: str(value) for key, value in environment.items()}
+    return subprocess.run(command, env=variables, capture_output=True, text=True, timeout=120)
+
+
+def refusal(*words, **environment):
+    done = demo(*words, **environment)
+    if "was built without" in done.stderr:
+        pytest.skip(done.stderr.strip())
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
+    return done.stderr
+
+
+@pytest.fixture
+def share(tmp_path):
+    """The program's data, and of Python packages the robots' alone."""
+    (tmp_path / "packages").mkdir()
+    for name in ("robots", "cells", "profiles", "tasks", "recordings", "packages/airo_models"):
+        (tmp_path / name).symlink_to(SHARE / name)
+    return tmp_path
+
+
+def test_without_mujoco_everything_else_works(share):
+    assert demo(STEADYHAND_DATA=share).returncode == 0
+    told = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
+    version = re.search(r"mujoco-core==([\d.]+)", (ROOT / "setup/requirements-mujoco.txt").read_text())[1]
+    assert f"MuJoCo {version} is not installed: install it with 'pip install mujoco-core=={version}'" in told
+    assert f"{share}/packages/mujoco/libmujoco.so.{version}: " in told
+    done = subprocess.run([PROGRAM, "tasks", "stack"], env={"STEADYHAND_DATA": str(share)}, capture_output=True, text=True)
+    assert done.returncode == 2 and "is not installed" in done.stderr
+
+
+@pytest.mark.parametrize("number, version, said", [(3002007, "3.2.7", "/libmujoco.so.3.2.7 is MuJoCo 3.2.7, and this program needs 4.0.1: "),
+                                                   (4000001, "4.0.1", "/libmujoco.so.4.0.1 does not have mj_camlight, ")])  # fmt: skip
+def test_another_library_in_the_place_of_mujoco(share, number, version, said):
+    (share / "packages/mujoco").mkdir()
+    code = f'int mj_version(void) {{ return {number}; }}\nconst char* mj_versionString(void) {{ return "{version}"; }}\n'
+    library = share / f"packages/mujoco/libmujoco.so.{version}"
+    subprocess.run(["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", library], input=code, text=True, check=True)
+    told = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
+    assert said in told and "pip install mujoco-core==4.0.1" in told
