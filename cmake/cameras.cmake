@@ -1,14 +1,17 @@
-# Cameras: FFmpeg's libraries read and encode their pictures, EGL draws those of a simulated scene. Where either is not installed the
-# rest builds all the same, and `--camera` says what to install.
+# Cameras: headers of FFmpeg's libraries, which read and encode their pictures and are loaded at run time, and EGL, which draws those
+# of a simulated scene. Where either is not installed the rest builds all the same, and `--camera` says what to
+# install.
 find_package(PkgConfig QUIET)
 if(PKG_CONFIG_FOUND)
-  pkg_check_modules(ffmpeg QUIET IMPORTED_TARGET libavformat libavcodec libswscale libavutil)
+  pkg_check_modules(ffmpeg QUIET libavformat libavcodec libswscale libavutil)
 endif()
 find_package(OpenGL QUIET COMPONENTS EGL)
 set(STEADYHAND_CAMERA OFF)
 set(STEADYHAND_RENDER OFF)
-if(TARGET PkgConfig::ffmpeg)
+if(ffmpeg_FOUND)
   set(STEADYHAND_CAMERA ON)
+  add_library(ffmpeg INTERFACE IMPORTED)
+  target_include_directories(ffmpeg SYSTEM INTERFACE ${ffmpeg_INCLUDE_DIRS})
   if(TARGET OpenGL::EGL AND STEADYHAND_MUJOCO)
     set(STEADYHAND_RENDER ON)
   endif()

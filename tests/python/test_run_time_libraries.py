@@ -1,4 +1,4 @@
-"""MuJoCo is loaded when it is first needed, and an error says what to install."""
+"""MuJoCo and FFmpeg are loaded when they are first needed, and an error says what to install."""
 
 import os
 import re
@@ -34,6 +34,18 @@ def share(tmp_path):
     return tmp_path
 
 
+@pytest.fixture
+def hidden(tmp_path):
+    """Makes a folder in which the loader finds an empty file in place of a library."""
+
+    def make(*names):
+        for name in names:
+            (tmp_path / name).touch()
+        return tmp_path
+
+    return make
+
+
 def test_without_mujoco_everything_else_works(share):
     assert demo(STEADYHAND_DATA=share).returncode == 0
     told = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
@@ -53,3 +65,12 @@ def test_another_library_in_the_place_of_mujoco(share, number, version, said):
     subprocess.run(["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", library], input=code, text=True, check=True)
     told = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
     assert said in told and "pip install mujoco-core==4.0.1" in told
+
+
+@pytest.mark.parametrize("name", ["libavformat", "libavcodec", "libswscale"])
+def test_without_ffmpeg_only_cameras_are_refused(hidden, name):
+    folder = hidden(*(f"{name}.so.{version}" for version in range(5, 100)))
+    assert demo(LD_LIBRARY_PATH=folder).returncode == 0
+    told = refusal("--camera", "table=film.mp4", LD_LIBRARY_PATH=folder)
+    assert f"cameras need FFmpeg's libraries: {folder}/{name}.so." in told
+    assert re.search(rf"'apt install .*{name}\d+", told), told

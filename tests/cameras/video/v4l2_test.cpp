@@ -117,24 +117,24 @@ std::string yuyv(int grey) {
 }
 
 std::string mjpeg(int grey) {
-  const Ffmpeg<AVCodecContext> encoder(avcodec_alloc_context3(avcodec_find_encoder(AV_CODEC_ID_MJPEG)));
+  const Ffmpeg<AVCodecContext> encoder(ffmpeg().avcodec_alloc_context3(ffmpeg().avcodec_find_encoder_by_name("mjpeg")));
   encoder->width = kColumns;
   encoder->height = kRows;
   encoder->pix_fmt = AV_PIX_FMT_YUVJ420P;
   encoder->time_base = {1, 30};
-  EXPECT_EQ(avcodec_open2(encoder.get(), nullptr, nullptr), 0);
-  const Ffmpeg<AVFrame> frame(av_frame_alloc());
+  EXPECT_EQ(ffmpeg().avcodec_open2(encoder.get(), nullptr, nullptr), 0);
+  const Ffmpeg<AVFrame> frame(ffmpeg().av_frame_alloc());
   frame->format = AV_PIX_FMT_YUVJ420P;
   frame->width = kColumns;
   frame->height = kRows;
-  EXPECT_EQ(av_frame_get_buffer(frame.get(), 0), 0);
+  EXPECT_EQ(ffmpeg().av_frame_get_buffer(frame.get(), 0), 0);
   for (int plane = 0; plane < 3; ++plane) {
     const int rows = static_cast<int>(kRows) / (plane == 0 ? 1 : 2);
     std::memset(frame->data[plane], plane == 0 ? grey : 128, static_cast<std::size_t>(frame->linesize[plane] * rows));
   }
-  EXPECT_EQ(avcodec_send_frame(encoder.get(), frame.get()), 0);
-  const Ffmpeg<AVPacket> packet(av_packet_alloc());
-  EXPECT_EQ(avcodec_receive_packet(encoder.get(), packet.get()), 0);
+  EXPECT_EQ(ffmpeg().avcodec_send_frame(encoder.get(), frame.get()), 0);
+  const Ffmpeg<AVPacket> packet(ffmpeg().av_packet_alloc());
+  EXPECT_EQ(ffmpeg().avcodec_receive_packet(encoder.get(), packet.get()), 0);
   return {reinterpret_cast<const char*>(packet->data), static_cast<std::size_t>(packet->size)};
 }
 

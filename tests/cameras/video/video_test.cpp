@@ -25,12 +25,12 @@ Picture bar(int k) {
 TEST(H264Encoder, EachPictureComesBackAtOnceAndAsItWas) {
   const auto encoder = make_h264_encoder({"front", kWidth, kHeight, 5.0});
   ASSERT_TRUE(encoder) << encoder.error().message;
-  const AVCodec* codec = avcodec_find_decoder(AV_CODEC_ID_H264);
-  const Ffmpeg<AVCodecContext> decoder(avcodec_alloc_context3(codec));
+  const AVCodec* codec = ffmpeg().avcodec_find_decoder(AV_CODEC_ID_H264);
+  const Ffmpeg<AVCodecContext> decoder(ffmpeg().avcodec_alloc_context3(codec));
   decoder->flags |= AV_CODEC_FLAG_LOW_DELAY;
-  ASSERT_EQ(avcodec_open2(decoder.get(), codec, nullptr), 0);
-  const Ffmpeg<AVPacket> packet(av_packet_alloc());
-  const Ffmpeg<AVFrame> frame(av_frame_alloc());
+  ASSERT_EQ(ffmpeg().avcodec_open2(decoder.get(), codec, nullptr), 0);
+  const Ffmpeg<AVPacket> packet(ffmpeg().av_packet_alloc());
+  const Ffmpeg<AVFrame> frame(ffmpeg().av_frame_alloc());
   for (int k = 0; k < 12; ++k) {
     Result<VideoPacket> made = (*encoder)->encode(bar(k));
     ASSERT_TRUE(made) << made.error().message;
@@ -39,8 +39,8 @@ TEST(H264Encoder, EachPictureComesBackAtOnceAndAsItWas) {
     EXPECT_EQ(made->data.substr(0, 4), std::string("\0\0\0\1", 4));  // Annex B
     packet->data = reinterpret_cast<std::uint8_t*>(made->data.data());
     packet->size = static_cast<int>(made->data.size());
-    ASSERT_EQ(avcodec_send_packet(decoder.get(), packet.get()), 0);
-    ASSERT_EQ(avcodec_receive_frame(decoder.get(), frame.get()), 0) << "picture " << k << " waits for others";
+    ASSERT_EQ(ffmpeg().avcodec_send_packet(decoder.get(), packet.get()), 0);
+    ASSERT_EQ(ffmpeg().avcodec_receive_frame(decoder.get(), frame.get()), 0) << "picture " << k << " waits for others";
     const std::uint8_t* row = frame->data[0] + 24 * frame->linesize[0];
     EXPECT_EQ((std::max_element(row, row + kWidth) - row) / 4, k);
     EXPECT_GT(row[4 * k + 1], 200);

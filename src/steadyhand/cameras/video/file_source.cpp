@@ -24,8 +24,8 @@ class FileSource final : public PictureSource {
         file_(std::move(file)),
         stream_(stream),
         decoder_(std::move(decoder)),
-        frame_(av_frame_alloc()),
-        packet_(av_packet_alloc()),
+        frame_(ffmpeg().av_frame_alloc()),
+        packet_(ffmpeg().av_packet_alloc()),
         last_(-1.0 / camera.rate_hz) {}
 
   const std::vector<CameraInfo>& cameras() const override { return cameras_; }
@@ -62,7 +62,7 @@ class FileSource final : public PictureSource {
     const double period = 1.0 / cameras_[0].rate_hz;
     const AVRational unit = file_->streams[stream_]->time_base;
     while (true) {
-      int code = avcodec_receive_frame(decoder_.get(), frame_.get());
+      int code = ffmpeg().avcodec_receive_frame(decoder_.get(), frame_.get());
       if (code == 0) {
         const std::int64_t pts = frame_->best_effort_timestamp;
         const double t = pts == AV_NOPTS_VALUE ? last_ + period : static_cast<double>(pts) * av_q2d(unit);
@@ -73,12 +73,12 @@ class FileSource final : public PictureSource {
       }
       if (code == AVERROR_EOF) return ended("the video ended");
       if (code != AVERROR(EAGAIN)) return ended(ffmpeg_reason(code));
-      code = av_read_frame(file_.get(), packet_.get());
+      code = ffmpeg().av_read_frame(file_.get(), packet_.get());
       if (code == AVERROR_EOF) {
-        code = avcodec_send_packet(decoder_.get(), nullptr);
+        code = ffmpeg().avcodec_send_packet(decoder_.get(), nullptr);
       } else if (code >= 0) {
-        code = packet_->stream_index == stream_ ? avcodec_send_packet(decoder_.get(), packet_.get()) : 0;
-        av_packet_unref(packet_.get());
+        code = packet_->stream_index == stream_ ? ffmpeg().avcodec_send_packet(decoder_.get(), packet_.get()) : 0;
+        ffmpeg().av_packet_unref(packet_.get());
         if (code == AVERROR_INVALIDDATA) code = 0;  // a damaged picture; the next may be intact
       }
       if (code < 0 && code != AVERROR_EOF) return ended(ffmpeg_reason(code));
@@ -87,14 +87,14 @@ class FileSource final : public PictureSource {
 
   Status scale(Picture& picture) {
     const CameraInfo& camera = cameras_[0];
-    scaler_.reset(sws_getCachedContext(scaler_.release(), frame_->width, frame_->height,
-                                       static_cast<AVPixelFormat>(frame_->format), camera.width, camera.height,
-                                       AV_PIX_FMT_RGB24, SWS_BILINEAR, nullptr, nullptr, nullptr));
+    scaler_.reset(ffmpeg().sws_getCachedContext(scaler_.release(), frame_->width, frame_->height,
+                                                static_cast<AVPixelFormat>(frame_->format), camera.width, camera.height,
+                                                AV_PIX_FMT_RGB24, SWS_BILINEAR, nullptr, nullptr, nullptr));
     if (!scaler_) return ended("its pictures cannot be scaled");
     picture.rgb.resize(static_cast<std::size_t>(3) * camera.width * camera.height);
     std::uint8_t* rows[] = {picture.rgb.data()};
     const int bytes[] = {3 * camera.width};
-    sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, frame_->height, rows, bytes);
+    ffmpeg().sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, frame_->height, rows, bytes);
     return Done{};
   }
 
@@ -117,21 +117,22 @@ class FileSource final : public PictureSource {
 
 Result<std::unique_ptr<PictureSource>> open_file_source(const std::string& path, const CameraInfo& camera,
                                                         Clock& clock) {
-  av_log_set_level(AV_LOG_QUIET);  // errors are reported by their codes
+  if (Status s = load_ffmpeg(); !s) return s.error();
   const auto refuse = [&](const std::string& why) { return Error{fmt::format("{}: {}", path, why)}; };
   AVFormatContext* opened = nullptr;
-  if (const int code = avformat_open_input(&opened, ("file:" + path).c_str(), nullptr, nullptr); code < 0) {
+  if (const int code = ffmpeg().avformat_open_input(&opened, ("file:" + path).c_str(), nullptr, nullptr); code < 0) {
     return refuse(ffmpeg_reason(code));
   }
   Ffmpeg<AVFormatContext> file(opened);
-  if (const int code = avformat_find_stream_info(file.get(), nullptr); code < 0) return refuse(ffmpeg_reason(code));
+  if (const int code = ffmpeg().avformat_find_stream_info(file.get(), nullptr); code < 0)
+    return refuse(ffmpeg_reason(code));
   const AVCodec* codec = nullptr;
-  const int stream = av_find_best_stream(file.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
+  const int stream = ffmpeg().av_find_best_stream(file.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
   if (stream < 0 || codec == nullptr) return refuse("has no video that FFmpeg's libraries can decode");
-  Ffmpeg<AVCodecContext> decoder(avcodec_alloc_context3(codec));
+  Ffmpeg<AVCodecContext> decoder(ffmpeg().avcodec_alloc_context3(codec));
   decoder->thread_count = 1;
-  int code = avcodec_parameters_to_context(decoder.get(), file->streams[stream]->codecpar);
-  if (code >= 0) code = avcodec_open2(decoder.get(), codec, nullptr);
+  int code = ffmpeg().avcodec_parameters_to_context(decoder.get(), file->streams[stream]->codecpar);
+  if (code >= 0) code = ffmpeg().avcodec_open2(decoder.get(), codec, nullptr);
   if (code < 0) return refuse(ffmpeg_reason(code));
   return std::unique_ptr<PictureSource>(
       new FileSource(path, camera, clock, std::move(file), stream, std::move(decoder)));

@@ -94,13 +94,14 @@ class V4l2Source final : public PictureSource {
     }
     if (Status s = choose(); !s) return s;
     if (format_.pixels == AV_PIX_FMT_NONE) {
-      const AVCodec* codec = avcodec_find_decoder(AV_CODEC_ID_MJPEG);
+      const AVCodec* codec = ffmpeg().avcodec_find_decoder(AV_CODEC_ID_MJPEG);
       if (codec == nullptr) return refuse("gives MJPEG, which this libavcodec cannot decode");
-      decoder_.reset(avcodec_alloc_context3(codec));
+      decoder_.reset(ffmpeg().avcodec_alloc_context3(codec));
       decoder_->thread_count = 1;
-      if (const int code = avcodec_open2(decoder_.get(), codec, nullptr); code < 0) return refuse(ffmpeg_reason(code));
-      frame_.reset(av_frame_alloc());
-      packet_.reset(av_packet_alloc());
+      if (const int code = ffmpeg().avcodec_open2(decoder_.get(), codec, nullptr); code < 0)
+        return refuse(ffmpeg_reason(code));
+      frame_.reset(ffmpeg().av_frame_alloc());
+      packet_.reset(ffmpeg().av_packet_alloc());
     }
     return map_buffers();
   }
@@ -254,11 +255,12 @@ class V4l2Source final : public PictureSource {
   }
 
   bool decode(const std::uint8_t* memory, std::size_t bytes, Picture& picture) {
-    if (av_new_packet(packet_.get(), static_cast<int>(bytes)) < 0) return false;  // with the padding that decoders need
+    if (ffmpeg().av_new_packet(packet_.get(), static_cast<int>(bytes)) < 0)
+      return false;  // with the padding that decoders need
     std::memcpy(packet_->data, memory, bytes);
-    const int sent = avcodec_send_packet(decoder_.get(), packet_.get());
-    av_packet_unref(packet_.get());
-    if (sent < 0 || avcodec_receive_frame(decoder_.get(), frame_.get()) < 0) return false;
+    const int sent = ffmpeg().avcodec_send_packet(decoder_.get(), packet_.get());
+    ffmpeg().av_packet_unref(packet_.get());
+    if (sent < 0 || ffmpeg().avcodec_receive_frame(decoder_.get(), frame_.get()) < 0) return false;
     return scale(frame_->data, frame_->linesize, frame_->width, frame_->height,
                  static_cast<AVPixelFormat>(frame_->format), picture);
   }
@@ -266,13 +268,13 @@ class V4l2Source final : public PictureSource {
   bool scale(const std::uint8_t* const* from, const int* stride, int width, int height, AVPixelFormat pixels,
              Picture& picture) {
     const CameraInfo& camera = cameras_[0];
-    scaler_.reset(sws_getCachedContext(scaler_.release(), width, height, pixels, camera.width, camera.height,
-                                       AV_PIX_FMT_RGB24, SWS_BILINEAR, nullptr, nullptr, nullptr));
+    scaler_.reset(ffmpeg().sws_getCachedContext(scaler_.release(), width, height, pixels, camera.width, camera.height,
+                                                AV_PIX_FMT_RGB24, SWS_BILINEAR, nullptr, nullptr, nullptr));
     if (!scaler_) return false;
     picture.rgb.resize(static_cast<std::size_t>(3) * camera.width * camera.height);
     std::uint8_t* rows[] = {picture.rgb.data()};
     const int bytes[] = {3 * camera.width};
-    sws_scale(scaler_.get(), from, stride, 0, height, rows, bytes);
+    ffmpeg().sws_scale(scaler_.get(), from, stride, 0, height, rows, bytes);
     return true;
   }
 
@@ -311,7 +313,7 @@ Result<std::unique_ptr<V4l2Device>> open_v4l2_device(const std::string& path) {
 
 Result<std::unique_ptr<PictureSource>> make_v4l2_source(const std::string& path, std::unique_ptr<V4l2Device> device,
                                                         const CameraInfo& camera, Clock& clock) {
-  av_log_set_level(AV_LOG_QUIET);  // errors are reported by their codes
+  if (Status s = load_ffmpeg(); !s) return s.error();
   auto source = std::make_unique<V4l2Source>(path, std::move(device), camera, clock);
   if (Status s = source->begin(); !s) return s.error();
   return std::unique_ptr<PictureSource>(std::move(source));
