@@ -1,18 +1,18 @@
-# Cameras: headers of FFmpeg's libraries, which read and encode their pictures and are loaded at run time, and EGL, which draws those
-# of a simulated scene. Where either is not installed the rest builds all the same, and `--camera` says what to
+# Cameras: headers of FFmpeg's libraries, which read and encode their pictures, and of EGL, which draws those of a simulated scene.
+# The libraries are loaded at run time. Where either is not installed the rest builds all the same, and `--camera` says what to
 # install.
 find_package(PkgConfig QUIET)
 if(PKG_CONFIG_FOUND)
   pkg_check_modules(ffmpeg QUIET libavformat libavcodec libswscale libavutil)
 endif()
-find_package(OpenGL QUIET COMPONENTS EGL)
+find_path(egl_headers EGL/egl.h)
 set(STEADYHAND_CAMERA OFF)
 set(STEADYHAND_RENDER OFF)
 if(ffmpeg_FOUND)
   set(STEADYHAND_CAMERA ON)
   add_library(ffmpeg INTERFACE IMPORTED)
   target_include_directories(ffmpeg SYSTEM INTERFACE ${ffmpeg_INCLUDE_DIRS})
-  if(TARGET OpenGL::EGL AND STEADYHAND_MUJOCO)
+  if(egl_headers AND STEADYHAND_MUJOCO)
     set(STEADYHAND_RENDER ON)
   endif()
 else()

@@ -1,4 +1,4 @@
-"""MuJoCo and FFmpeg are loaded when they are first needed, and an error says what to install."""
+"""MuJoCo, FFmpeg and EGL are loaded when they are first needed, and an error says what to install."""
 
 import os
 import re
@@ -46,6 +46,13 @@ def hidden(tmp_path):
     return make
 
 
+def test_none_of_them_is_linked():
+    for file in (PROGRAM, *PROGRAM.parent.glob("libsteadyhand_live.so")):
+        dynamic = subprocess.run(["readelf", "-d", file], check=True, capture_output=True, text=True).stdout
+        needed = re.findall(r"NEEDED.*\[(.*)\]", dynamic)
+        assert "libc.so.6" in needed and [name for name in needed if re.match("lib(mujoco|av|sw|EGL)", name)] == []
+
+
 def test_without_mujoco_everything_else_works(share):
     assert demo(STEADYHAND_DATA=share).returncode == 0
     told = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
@@ -74,3 +81,12 @@ def test_without_ffmpeg_only_cameras_are_refused(hidden, name):
     told = refusal("--camera", "table=film.mp4", LD_LIBRARY_PATH=folder)
     assert f"cameras need FFmpeg's libraries: {folder}/{name}.so." in told
     assert re.search(rf"'apt install .*{name}\d+", told), told
+
+
+def test_without_egl_or_a_display_only_cameras_of_scenes_are_refused(hidden):
+    scene = ["--arm", "mujoco", "--task", "carry", "--camera"]
+    folder = hidden("libEGL.so.1")
+    told = refusal(*scene, "front", LD_LIBRARY_PATH=folder)
+    assert f"cameras of a simulated scene need EGL: {folder}/libEGL.so.1: " in told and "apt install libegl1" in told
+    assert demo(*scene, "none", LD_LIBRARY_PATH=folder).returncode == 0
+    assert "EGL has no display without a screen" in refusal(*scene, "front", __EGL_VENDOR_LIBRARY_DIRS=folder)
