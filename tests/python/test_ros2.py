@@ -368,7 +368,7 @@ def load_launch_file(monkeypatch):
         for member in members:
             setattr(module, member, keep(member))
         monkeypatch.setitem(sys.modules, name, module)
-    spec = importlib.util.spec_from_file_location("steadyhand_launch", ROOT / "ros2/steadyhand.launch.py")
+    spec = importlib.util.spec_from_file_location("steadyhand_launch", ROOT / "ros2/launch/steadyhand.launch.py")
     launch = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(launch)
     return launch.generate_launch_description()["values"][0]

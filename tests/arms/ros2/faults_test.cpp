@@ -261,7 +261,7 @@ TEST_F(Ros2Faults, AControllerThatIsDeactivatedStopsTheArm) {
 
 /// The first number behind a key in the parameters of our launch file.
 double launched(const std::string& key) {
-  std::ifstream file(STEADYHAND_ROOT "/ros2/steadyhand_controllers.yaml");
+  std::ifstream file(STEADYHAND_ROOT "/ros2/config/steadyhand_controllers.yaml");
   for (std::string line; std::getline(file, line);) {
     const std::size_t at = line.find(key + ": ");
     if (at != std::string::npos && line.find('#') == std::string::npos)

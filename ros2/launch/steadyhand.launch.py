@@ -1,13 +1,13 @@
 """ur_robot_driver, and a joint trajectory controller for steadyhand beside its own. From Humble on.
 
-    ros2 launch ros2/steadyhand.launch.py ur_type:=ur5e robot_ip:=192.168.56.101
+    ros2 launch steadyhand steadyhand.launch.py ur_type:=ur5e robot_ip:=192.168.56.101
 
 then, on this or any other computer of the network:
 
-    ./steadyhand demo --arm ros2 --set ros2.controller=/steadyhand_controller
+    steadyhand demo --arm ros2 --set ros2.controller=/steadyhand_controller
 
-The driver's own controllers are loaded and stay inactive: two of them cannot lead the same joints. docs/how-to/ros2.md leads from
-the box to the first motion.
+The driver's own controllers are loaded and stay inactive: two of them cannot control the same joints. docs/how-to/ros2.md has
+all steps up to the first motion.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
-PARAMETERS = str(Path(__file__).resolve().parent / "steadyhand_controllers.yaml")
+PARAMETERS = str(Path(__file__).resolve().parents[1] / "config/steadyhand_controllers.yaml")
 
 
 def generate_launch_description():
