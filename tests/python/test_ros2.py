@@ -3,7 +3,6 @@ and as RViz would listen; each message of the program's goes over the wire with 
 message for, the controller's state, comes from PyPI's cyclonedds as Humble and as Jazzy lay it out."""
 
 import contextlib
-import importlib.util
 import json
 import math
 import os
@@ -12,15 +11,12 @@ import random
 import re
 import signal
 import subprocess
-import sys
 import threading
 import time
-import types
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-import yaml
 
 from places import PROGRAM, ROOT
 
@@ -336,57 +332,3 @@ def test_the_arm_is_a_setting_too(domain, tmp_path):
     assert done.returncode == 2 and "/joint_states" in done.stderr
     done = subprocess.run([*command, "arm.kind=ros"], capture_output=True, text=True, env=environment, timeout=60)
     assert done.returncode == 2 and "arm.kind" in done.stderr
-
-
-# Parameters known in all of Humble, Jazzy, Kilted, Lyrical and Rolling, by the sources of joint_trajectory_controller, of the
-# spawner and of ur_robot_driver.
-PARAMETERS = {
-    *("type", "joints", "command_interfaces", "state_interfaces", "allow_partial_joints_goal", "action_monitor_rate"),
-    *("allow_nonzero_velocity_at_trajectory_end", "cmd_timeout", "constraints", "interpolation_method"),
-}
-SPAWNER_OPTIONS = {"--param-file", "--controller-manager-timeout", "--inactive", "--controller-manager"}
-DRIVER_ARGUMENTS = {"ur_type", "robot_ip", "tf_prefix", "launch_rviz", "activate_joint_controller"}
-
-
-def load_launch_file(monkeypatch):
-    """What it starts, without ROS: the modules of launch are stand-ins that keep what they are given."""
-
-    def keep(name):
-        return lambda *values, **named: {"what": name, "values": values, **named}
-
-    modules = {
-        "launch": ["LaunchDescription"],
-        "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription"],
-        "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
-        "launch.substitutions": ["LaunchConfiguration", "PathJoinSubstitution"],
-        "launch_ros": [],
-        "launch_ros.actions": ["Node"],
-        "launch_ros.substitutions": ["FindPackageShare"],
-    }
-    for name, members in modules.items():
-        module = types.ModuleType(name)
-        for member in members:
-            setattr(module, member, keep(member))
-        monkeypatch.setitem(sys.modules, name, module)
-    spec = importlib.util.spec_from_file_location("steadyhand_launch", ROOT / "ros2/launch/steadyhand.launch.py")
-    launch = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(launch)
-    return launch.generate_launch_description()["values"][0]
-
-
-def test_the_launch_file_asks_for_what_every_distribution_has(monkeypatch):
-    entities = load_launch_file(monkeypatch)
-    (driver,) = [e for e in entities if e["what"] == "IncludeLaunchDescription"]
-    assert set(dict(driver["launch_arguments"])) <= DRIVER_ARGUMENTS
-    (spawner,) = [e for e in entities if e["what"] == "Node"]
-    assert (spawner["package"], spawner["executable"]) == ("controller_manager", "spawner")
-    options = {a for a in spawner["arguments"] if isinstance(a, str) and a.startswith("-")}
-    assert options <= SPAWNER_OPTIONS
-    (defaults,) = [e for e in entities if e["values"] and e["values"][0] == "parameters"]
-    parameters = yaml.safe_load(Path(defaults["default_value"]).read_text())
-    assert set(parameters) == {spawner["arguments"][0]}
-    controller = parameters[spawner["arguments"][0]]["ros__parameters"]
-    assert set(controller) <= PARAMETERS
-    assert controller["type"] == "joint_trajectory_controller/JointTrajectoryController"
-    assert controller["joints"] == JOINTS and set(JOINTS) <= set(controller["constraints"])
-    assert not controller["allow_nonzero_velocity_at_trajectory_end"]
