@@ -92,6 +92,18 @@ def test_the_launch_file_asks_for_what_every_distribution_has(monkeypatch):
     assert not controller["allow_nonzero_velocity_at_trajectory_end"]
 
 
+def test_the_launch_file_of_the_program_gives_options_that_it_knows(monkeypatch):
+    launch, _ = load_launch_file("demo", monkeypatch)
+    given = {**{name: value for name, (value, _) in launch.ARGUMENTS.items()}, "robot": "ur5e", "port": "0", "options": "--settings none.yaml"}
+    monkeypatch.setattr(launch, "LaunchConfiguration", lambda name: types.SimpleNamespace(perform=lambda context: given[name]))
+    (action,) = launch.start(None)
+    command = action["cmd"]
+    assert command[:2] == ["steadyhand", "demo"] and command[-1] == "ros2.controller=/steadyhand_controller"
+    assert "--profile" not in command and "--yes" not in command  # the user's settings and consent
+    done = subprocess.run([PROGRAM, *command[1:]], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and "none.yaml" in done.stderr, done.stderr
+
+
 @pytest.mark.long
 def test_colcon_builds_a_checkout(tmp_path):
     """With nothing but the system's packages: without page and URDFs of Python packages, which the log says."""
@@ -117,7 +129,7 @@ def test_colcon_builds_a_checkout(tmp_path):
     assert variables["AMENT_PREFIX_PATH"] == variables["CMAKE_PREFIX_PATH"] == str(prefix)
     # What ament's index and `ros2 launch` look for.
     for name in ("ament_index/resource_index/packages/steadyhand", "steadyhand/package.xml", "steadyhand/launch/steadyhand.launch.py",
-                 "steadyhand/config/steadyhand_controllers.yaml"):  # fmt: skip
+                 "steadyhand/launch/demo.launch.py", "steadyhand/config/steadyhand_controllers.yaml"):  # fmt: skip
         assert (prefix / "share" / name).is_file(), name
     data = PROGRAM.parent / "share/steadyhand"
     (prefix / "share/steadyhand/packages").symlink_to(data / "packages")
