@@ -51,7 +51,7 @@ COMMANDS = {
 ALONE = {"format": ["requirements.txt", "requirements-test.txt"]}
 # For pytest, which ./steadyhand installs while it builds: `install.py pytest [--long]`.
 TESTS = ["requirements-test.txt", "requirements-docs.txt", "requirements-study.txt", "requirements-dataset.txt", *(f"requirements-{name}.txt" for name in ROBOTS), "ros2"]
-LONG_TESTS = ["apt-wasm.txt", "requirements-colcon.txt", "requirements-ray.txt", "requirements-rerun.txt", "apt-lerobot.txt", "lerobot"]
+LONG_TESTS = ["apt-container.txt", "apt-wasm.txt", "requirements-colcon.txt", "requirements-ray.txt", "requirements-rerun.txt", "apt-lerobot.txt", "lerobot"]
 # What options and settings ask for, as lines KEY=VALUE.
 ASKS = {
     "CAMERA": r"(^|\.)camera",
