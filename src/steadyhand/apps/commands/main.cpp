@@ -1,7 +1,9 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <map>
+#include <set>
 #include <string>
 
 #include "steadyhand/apps/commands/run.hpp"
@@ -49,6 +51,9 @@ const std::map<std::string, std::string> kLeftOut = {
 #endif
 };
 
+/// Commands of the Python package (python/steadyhand/__main__.py).
+const std::set<std::string> kPython = {"dataset", "policy", "score", "study"};
+
 /// Opens the standard descriptors that are closed at the start. Otherwise the next file opened would get their number,
 /// and a recording would get messages meant for people. Reading and writing them fails as if they were closed.
 void keep_standard_descriptors() {
@@ -90,6 +95,8 @@ int main(int argc, char** argv) {
 #endif
   steadyhand::add_solve_command(app, command);
   steadyhand::add_site_data_command(app, command);
+  if (argc > 1 && kPython.contains(argv[1]))
+    return fail(fmt::format("'{}' is written in Python: the wheel has it, or ./steadyhand in a checkout", argv[1]));
   const auto left_out = argc > 1 ? kLeftOut.find(argv[1]) : kLeftOut.end();
   if (left_out != kLeftOut.end()) {
     const auto& [name, part] = *left_out;
