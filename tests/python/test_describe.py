@@ -175,8 +175,8 @@ def test_a_full_disk_is_told():
 def test_help_shows_every_command_with_examples():
     done = run("--help")
     assert done.returncode == 0
-    for command in ("replay", "describe", "solve", "bench", "test"):
-        assert f"./steadyhand {command}" in done.stdout
+    for command in ("demo", "replay", "describe", "solve", "study", "dataset", "score", "policy"):
+        assert f"  steadyhand {command} " in done.stdout
 
 
 def test_the_version_names_commit_processor_and_parts():
