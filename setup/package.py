@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 import build
-from install import ROOT, VENV, call, end, run, say
+from install import ROOT, VENV, call, end, locked, run, say
 
 PYTHON = VENV / "bin/python"
 
@@ -46,9 +46,10 @@ def main(kind="", folder=ROOT / "dist", *more):
         end(2, f"package.py takes wheel or deb and a folder, not '{' '.join(sys.argv[1:])}'")
     folder = Path(folder).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    say(f"building the packages in {folder}")
-    for path in makers[kind](folder):
-        print(path)
+    with locked(ROOT / f"build/{kind}.lock"):
+        say(f"building the packages in {folder}")
+        for path in makers[kind](folder):
+            print(path)
 
 
 if __name__ == "__main__":

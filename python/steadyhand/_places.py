@@ -11,13 +11,9 @@ os.environ["STEADYHAND_PACKAGES"] = os.pathsep.join(dict.fromkeys(filter(None, _
 
 
 def program() -> str:
-    """Path of the program: of STEADYHAND_PROGRAM, of this package, or on PATH. Raises FileNotFoundError if there is none."""
-    inside = Path(__file__).with_name("bin") / "steadyhand"
-    if named := os.environ.get("STEADYHAND_PROGRAM"):
-        return named
-    if inside.exists():
-        return str(inside)
-    found = shutil.which("steadyhand")
-    if found is None or open(found, "rb").read(2) == b"#!":  # the script of this very package
-        raise FileNotFoundError("this installation has the library alone; a wheel made by ./steadyhand wheel also has the program")
-    return found
+    """Path of the program: in this package, of STEADYHAND_PROGRAM, or on PATH. Raises FileNotFoundError if there is none."""
+    candidates = (Path(__file__).with_name("bin") / "steadyhand", os.environ.get("STEADYHAND_PROGRAM"), shutil.which("steadyhand"))
+    for path in filter(None, candidates):
+        if os.path.exists(path) and Path(path).resolve() != Path(sys.argv[0]).resolve():  # not the script of this package
+            return str(path)
+    raise FileNotFoundError("this installation has the library alone; a wheel made by ./steadyhand wheel also has the program")

@@ -1,12 +1,25 @@
-"""A Debian 12 without anything: for tests of what a fresh machine needs. Takes root and mmdebstrap."""
+"""A Debian 12 without anything, and what is installed there: for tests of packages."""
 
 import os
+import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
-NEEDED = pytest.mark.skipif(os.geteuid() != 0 or shutil.which("mmdebstrap") is None, reason="takes root and mmdebstrap, of setup/apt-aarch64.txt")
+from places import ROOT
+
+NEEDED = pytest.mark.skipif(os.geteuid() != 0 or shutil.which("mmdebstrap") is None, reason="needs root, and mmdebstrap of setup/apt-container.txt")
+
+
+def make_package(kind, folder):
+    """What `./steadyhand KIND` makes, by the name of the package; or the wheel that STEADYHAND_WHEEL names."""
+    if kind == "wheel" and "STEADYHAND_WHEEL" in os.environ:
+        return {"steadyhand": Path(os.environ["STEADYHAND_WHEEL"]).absolute()}
+    done = subprocess.run([ROOT / "steadyhand", kind, folder], capture_output=True, text=True, timeout=3600)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return {re.split("[-_]0", path.name)[0]: path for path in map(Path, done.stdout.split())}
 
 
 class BareDebian:

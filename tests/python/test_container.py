@@ -1,15 +1,14 @@
-"""The image of Containerfile: built by buildah on a Debian 12 that mmdebstrap makes, and run as its user. STEADYHAND_WHEEL names
-the wheel; otherwise ./steadyhand wheel builds one."""
+"""The image of Containerfile: built by buildah on a Debian 12 that mmdebstrap makes, and run as its user."""
 
 import json
 import os
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 
+from bare_debian import make_package
 from places import ROOT
 
 pytestmark = [
@@ -27,11 +26,7 @@ def run(*command):
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    if "STEADYHAND_WHEEL" in os.environ:
-        return Path(os.environ["STEADYHAND_WHEEL"])
-    folder = tmp_path_factory.mktemp("dist")
-    run(ROOT / "steadyhand", "wheel", folder)
-    return next(folder.glob("*-cp311-*.whl"))
+    return make_package("wheel", tmp_path_factory.mktemp("dist"))["steadyhand"]
 
 
 @pytest.fixture(scope="module")

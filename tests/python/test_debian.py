@@ -1,13 +1,12 @@
 """`./steadyhand deb`: the packages are installed in a bare Debian 12, used there, and removed."""
 
-import os
 import re
 import shutil
 import subprocess
 
 import pytest
 
-from bare_debian import NEEDED, BareDebian
+from bare_debian import NEEDED, BareDebian, make_package
 from places import ROOT
 
 pytestmark = [pytest.mark.long, NEEDED]
@@ -23,9 +22,7 @@ def run(*command, **options):
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
     """By name, the files of the packages."""
-    folder = tmp_path_factory.mktemp("deb")
-    run(ROOT / "steadyhand", "deb", folder, env=os.environ)
-    return {path.name.split("_")[0]: path for path in folder.glob("*.deb")}
+    return make_package("deb", tmp_path_factory.mktemp("deb"))
 
 
 def field(package, name):

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from bare_debian import NEEDED, BareDebian
+from bare_debian import NEEDED, BareDebian, make_package
 from places import ROOT
 
 BASE = Path(sys.base_prefix) / "bin/python3"
@@ -63,9 +63,7 @@ def host_can(level):
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("dist")
-    run(ROOT / "steadyhand", "wheel", folder, env=os.environ)
-    [wheel] = folder.glob("*.whl")
+    wheel = make_package("wheel", tmp_path_factory.mktemp("dist"))["steadyhand"]
     print(f"{wheel.name}: {wheel.stat().st_size / 1e6:.1f} MB")
     return wheel
 
