@@ -12,6 +12,8 @@ CHECKOUT = ("bench", "deb", "docs", "format", "python", "release", "site", "test
 
 
 def main() -> int:
+    # What pip installed beside this package is on the path of what it starts: xacro, and this Python.
+    os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     command, *words = sys.argv[1:] or [""]
     module = PYTHON.get(command)
     if command == "demo" and any(word.split("=")[0] == "--dataset" for word in words):
@@ -26,8 +28,6 @@ def main() -> int:
     except FileNotFoundError as error:
         print(f"steadyhand: {error}", file=sys.stderr)
         return 2
-    # What pip installed beside this package is on the program's path: xacro, and this Python.
-    os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     os.execv(path, ["steadyhand", *sys.argv[1:]])
 
 
