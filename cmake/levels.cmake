@@ -1,8 +1,8 @@
 # For packages that travel: with STEADYHAND_PROCESSORS=x86-64-v2;x86-64-v3;x86-64-v4 the parts of every planning period become a
 # shared library, libsteadyhand_hot.so, compiled once for each level of x86-64, and all else is compiled once, for the least. The
-# dynamic loader of glibc takes the library of the highest level that the processor has from the folder glibc-hwcaps/LEVEL
-# beside the least's. What the other parts see of it is laid out the same at every level (core/math.hpp); the width of vectors is
-# not among that, so no file outside these parts may compute with Lanes.
+# dynamic loader of glibc takes the library of the highest level that the processor has from the folder glibc-hwcaps/LEVEL next
+# to the least's. The other parts use only members with the same layout at every level (core/math.hpp). The width of vectors
+# depends on the level, so no file outside these parts may compute with Lanes.
 set(lanes_of_x86-64-v2 2)
 set(lanes_of_x86-64-v3 4)
 set(lanes_of_x86-64-v4 8)

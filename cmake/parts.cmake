@@ -49,7 +49,7 @@ endfunction()
 # steadyhand_part(MODULE/NAME HOT|WARM USES parts... LINK libraries... EXCEPT folders... BARE files... TEST_LINK libraries... ONCE files...): src/steadyhand/MODULE/NAME/*.cpp,
 # and what its folders hold but those left out, become the library steadyhand_NAME; with tests tests/MODULE/NAME/*.cpp the executable
 # test_NAME. HOT: what it does in a planning period or a cycle of the arm takes time that counts, so the compiler may take
-# its time, too; WARM: it runs in each, but for short. ONCE: HOT files (*: all) of which packages for several processors hold one
+# its time, too; WARM: it runs in each, for a short time. ONCE: HOT files (*: all) of which packages for several processors hold one
 # version (cmake/levels.cmake).
 # BARE: what of it there is without an operating system (STEADYHAND_WITH_SYSTEM), if not all; with the libraries that are there.
 function(steadyhand_part path)

@@ -55,10 +55,10 @@ def test_none_of_them_is_linked():
 
 def test_without_mujoco_everything_else_works(share):
     assert demo(STEADYHAND_DATA=share).returncode == 0
-    told = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
+    message = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
     version = re.search(r"mujoco-core==([\d.]+)", (ROOT / "setup/requirements-mujoco.txt").read_text())[1]
-    assert f"MuJoCo {version} is not installed: install it with 'pip install mujoco-core=={version}'" in told
-    assert f"{share}/packages/mujoco/libmujoco.so.{version}: " in told
+    assert f"MuJoCo {version} is not installed: install it with 'pip install mujoco-core=={version}'" in message
+    assert f"{share}/packages/mujoco/libmujoco.so.{version}: " in message
     done = subprocess.run([PROGRAM, "tasks", "stack"], env={"STEADYHAND_DATA": str(share)}, capture_output=True, text=True)
     assert done.returncode == 2 and "is not installed" in done.stderr
 
@@ -70,23 +70,23 @@ def test_another_library_in_the_place_of_mujoco(share, number, version, said):
     code = f'int mj_version(void) {{ return {number}; }}\nconst char* mj_versionString(void) {{ return "{version}"; }}\n'
     library = share / f"packages/mujoco/libmujoco.so.{version}"
     subprocess.run(["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", library], input=code, text=True, check=True)
-    told = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
-    assert said in told and "pip install mujoco-core==4.0.1" in told
+    message = refusal("--arm", "mujoco", STEADYHAND_DATA=share)
+    assert said in message and "pip install mujoco-core==4.0.1" in message
 
 
 @pytest.mark.parametrize("name", ["libavformat", "libavcodec", "libswscale"])
 def test_without_ffmpeg_only_cameras_are_refused(hidden, name):
     folder = hidden(*(f"{name}.so.{version}" for version in range(5, 100)))
     assert demo(LD_LIBRARY_PATH=folder).returncode == 0
-    told = refusal("--camera", "table=film.mp4", LD_LIBRARY_PATH=folder)
-    assert f"cameras need FFmpeg's libraries: {folder}/{name}.so." in told
-    assert re.search(rf"'apt install .*{name}\d+", told), told
+    message = refusal("--camera", "table=film.mp4", LD_LIBRARY_PATH=folder)
+    assert f"cameras need FFmpeg's libraries: {folder}/{name}.so." in message
+    assert re.search(rf"'apt install .*{name}\d+", message), message
 
 
 def test_without_egl_or_a_display_only_cameras_of_scenes_are_refused(hidden):
     scene = ["--arm", "mujoco", "--task", "carry", "--camera"]
     folder = hidden("libEGL.so.1")
-    told = refusal(*scene, "front", LD_LIBRARY_PATH=folder)
-    assert f"cameras of a simulated scene need EGL: {folder}/libEGL.so.1: " in told and "apt install libegl1" in told
+    message = refusal(*scene, "front", LD_LIBRARY_PATH=folder)
+    assert f"cameras of a simulated scene need EGL: {folder}/libEGL.so.1: " in message and "apt install libegl1" in message
     assert demo(*scene, "none", LD_LIBRARY_PATH=folder).returncode == 0
     assert "EGL has no display without a screen" in refusal(*scene, "front", __EGL_VENDOR_LIBRARY_DIRS=folder)

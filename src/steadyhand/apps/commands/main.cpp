@@ -32,9 +32,8 @@ constexpr const char* kExamples =
     "  steadyhand dataset SESSION... --out DIR  make a data set for imitation learning from recorded sessions\n"
     "  steadyhand score SESSION...              recorded sessions as rows of figures\n"
     "  steadyhand policy FILE.py:CLASS          a policy controls the arm of a running program\n"
-    "In a checkout type ./steadyhand, which installs and builds what a command takes, and has also bench, docs, site, "
-    "test and "
-    "wheel.\n"
+    "In a checkout type ./steadyhand, which installs and builds what a command takes. Only there: bench, deb, docs, "
+    "format, python, release, site, test, wheel.\n"
     "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
     "stderr.";
 
