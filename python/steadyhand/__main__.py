@@ -12,7 +12,7 @@ CHECKOUT = ("bench", "deb", "docs", "format", "python", "release", "site", "test
 
 
 def main() -> int:
-    # What pip installed beside this package is on the path of what it starts: xacro, and this Python.
+    # The commands of this Python environment are on the path of what is started here: xacro, python.
     os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     command, *words = sys.argv[1:] or [""]
     module = PYTHON.get(command)

@@ -1,4 +1,4 @@
-"""Where the program and the library find what pip installed beside them."""
+"""Where the program and the library find packages of the Python environment, and where the program is."""
 
 import os
 import shutil
@@ -11,9 +11,11 @@ os.environ["STEADYHAND_PACKAGES"] = os.pathsep.join(dict.fromkeys(filter(None, _
 
 
 def program() -> str:
-    """Path of the program: in this package, of STEADYHAND_PROGRAM, or on PATH. Raises FileNotFoundError if there is none."""
-    candidates = (Path(__file__).with_name("bin") / "steadyhand", os.environ.get("STEADYHAND_PROGRAM"), shutil.which("steadyhand"))
-    for path in filter(None, candidates):
+    """Path of the program: of STEADYHAND_PROGRAM, in this package, or on PATH. Raises FileNotFoundError if there is none."""
+    named = os.environ.get("STEADYHAND_PROGRAM")
+    if named and not os.path.exists(named):
+        raise FileNotFoundError(f"STEADYHAND_PROGRAM is '{named}': no such file")
+    for path in filter(None, (named, Path(__file__).with_name("bin") / "steadyhand", shutil.which("steadyhand"))):
         if os.path.exists(path) and Path(path).resolve() != Path(sys.argv[0]).resolve():  # not the script of this package
             return str(path)
     raise FileNotFoundError("this installation has the library alone; a wheel made by ./steadyhand wheel also has the program")

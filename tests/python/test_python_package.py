@@ -27,10 +27,10 @@ def program(*arguments, **options):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120, **options)
 
 
-def package(*arguments, **options):
+def package(*arguments, env={}, **options):
     """`python -m steadyhand`."""
     command = [sys.executable, "-m", "steadyhand", *map(str, arguments)]
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), **env}
     return subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment, **options)
 
 
@@ -525,6 +525,8 @@ def test_what_takes_a_checkout_or_the_program_says_so(tmp_path):
     bare = {"PYTHONPATH": str(PACKAGE.parent), "PATH": str(tmp_path)}
     done = subprocess.run([sys.executable, "-m", "steadyhand", "demo"], capture_output=True, text=True, env=bare, timeout=60)
     assert done.returncode == 2 and done.stderr.startswith("steadyhand: this installation has the library alone")
+    done = package("demo", env={"STEADYHAND_PROGRAM": "nowhere"})
+    assert (done.returncode, done.stderr) == (2, "steadyhand: STEADYHAND_PROGRAM is 'nowhere': no such file\n")
 
 
 # ---- help
