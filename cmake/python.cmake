@@ -45,8 +45,13 @@ foreach(folder dataset policies score study)
   file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/steadyhand/${folder}" "${python_package}/${folder}" SYMBOLIC)
 endforeach()
 
-if(SKBUILD)  # what goes into the wheel beside python/steadyhand and what cmake/install.cmake has
+if(SKBUILD)  # what else the wheel has: python/steadyhand, and the component runtime of cmake/install.cmake
   install(TARGETS steadyhand_module LIBRARY DESTINATION . COMPONENT python)
   install(FILES "${python_package}/_native.pyi" DESTINATION . COMPONENT python)
   set_target_properties(steadyhand_module PROPERTIES INSTALL_RPATH "$ORIGIN/${CMAKE_INSTALL_LIBDIR}")
+  # Licences of the libraries of Debian that auditwheel puts into it (THIRD_PARTY.md).
+  foreach(package libacl1 libassimp5 libconsole-bridge1.0 libddsc0debian libdraco7 libfmt9 libiceoryx-posh2 libminizip1 libqrencode4 libssl3
+                  libtinyxml2.6.2v5 libtinyxml2-9 liburdfdom-model3.0 libyaml-cpp0.7 libzstd1)
+    install(FILES "/usr/share/doc/${package}/copyright" DESTINATION share/licenses RENAME ${package} COMPONENT python OPTIONAL)
+  endforeach()
 endif()

@@ -92,6 +92,7 @@ def test_the_wheel_names_its_glibc_and_carries_what_a_machine_need_not_have(whee
         assert [n for n in names if re.search("mujoco|libav|libsw|libEGL|libGL|x264", n)] == []
         for name in ("bin/steadyhand", "py.typed", "_native.pyi", "share/steadyhand/robots/ur5e.yaml", "share/steadyhand/profiles/waiter.yaml"):
             assert f"steadyhand/{name}" in names
+        assert len([n for n in names if n.startswith("steadyhand/share/licenses/")]) == 15
         assert [n for n in names if "nanobind" in n or n.endswith((".a", ".hpp", ".o"))] == []
         needle = str(ROOT).encode()
         assert [n for n in names if needle in archive.read(n)] == []  # no checkout's path is baked in
@@ -122,6 +123,14 @@ def test_the_wheel_works_elsewhere_on_every_level(wheel, tmp_path):
     assert (tmp_path / "out/waiter/plan.csv").exists() and (tmp_path / "out/report.html").exists()
 
 
+def test_the_tests_of_the_program_pass_with_that_of_the_wheel(wheel, tmp_path):
+    python = environment(tmp_path / "venv")
+    run(python, "-m", "pip", "install", "--quiet", wheel)
+    files = [ROOT / f"tests/python/test_{name}.py" for name in ("describe", "lan", "replay", "sessions")]
+    program = {**os.environ, "STEADYHAND_PROGRAM": str(python.parent / "steadyhand")}
+    run(sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not long", *files, env=program)
+
+
 def test_the_examples_run_with_the_installed_package(wheel, tmp_path):
     python = environment(tmp_path / "venv")
     run(python, "-m", "pip", "install", "--quiet", wheel, "matplotlib")
@@ -131,14 +140,14 @@ def test_the_examples_run_with_the_installed_package(wheel, tmp_path):
 
 
 @NEEDED
-def test_a_bare_debian_moves_an_arm_within_half_a_minute(wheel, tmp_path):
-    """From the file to a served page and an arm that follows a hand; pip's packages lie beside it."""
-    debian = BareDebian(tmp_path / "root", "python3-venv")
+def test_a_bare_debian_moves_an_arm(wheel, tmp_path):
+    """From the file to an arm that follows a hand, and a served page. What pip would download is in the same folder."""
+    debian = BareDebian(tmp_path / "debian", "python3-venv")
     run(BASE, "-m", "pip", "download", "--quiet", "--dest", debian.folder / "tmp/wheels", wheel)
-    begun = time.monotonic()
+    start = time.monotonic()
     install = "python3 -m venv /opt/arm && /opt/arm/bin/pip install --quiet --no-index --find-links /tmp/wheels /tmp/wheels/steadyhand-*.whl"
     done = debian.run("sh", "-c", f"cd /tmp && {install} && exec /opt/arm/bin/steadyhand demo --headless --no-recording --seconds 5")
-    print(f"from pip install to the end of 5 s of motion: {time.monotonic() - begun:.1f} s")
+    print(f"from pip install to the end of 5 s of motion: {time.monotonic() - start:.1f} s")
     assert done.returncode == 0 and "nothing spilled" in done.stdout, done
     page = debian.run("sh", "-c", PAGE)
     assert page.returncode == 0, page
