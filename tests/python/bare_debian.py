@@ -23,14 +23,14 @@ def make_package(kind, folder):
 
 
 class BareDebian:
-    """A root in a folder, with `packages` beside what every Debian has. Commands run in it without network."""
+    """A root file system in a folder: the smallest Debian, and `packages`."""
 
     def __init__(self, folder, *packages):
         self.folder = folder
         subprocess.run(["mmdebstrap", "--quiet", "--variant=minbase", "--include=" + ",".join(["ca-certificates", *packages]), "bookworm", folder], check=True)
 
-    def run(self, *command, user="root", network=False, timeout=300):
-        """With /proc, and an own network of the loopback alone; the finished process."""
+    def run(self, *command, user="root", timeout=300):
+        """The finished process. It has /proc, and no network except its own loopback."""
         enter = 'mount -t proc proc "$0/proc"; mount --rbind /dev "$0/dev"; ip link set lo up 2>/dev/null; exec chroot --userspec="$1" "$0" /usr/bin/env -i HOME=/tmp PATH=/usr/sbin:/usr/bin:/sbin:/bin "${@:2}"'
-        spaces = ["unshare", "--mount", "--pid", "--fork", "--kill-child", *([] if network else ["--net"])]
+        spaces = ["unshare", "--mount", "--pid", "--fork", "--kill-child", "--net"]
         return subprocess.run([*spaces, "bash", "-c", enter, self.folder, user, *map(str, command)], capture_output=True, text=True, timeout=timeout)
