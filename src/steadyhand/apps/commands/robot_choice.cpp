@@ -3,9 +3,9 @@
 #include <iostream>
 
 #include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #ifdef STEADYHAND_FIT
 #include "steadyhand/apps/commands/progress_bar.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/files/fitted/cache.hpp"
 #endif
 
