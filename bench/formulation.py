@@ -35,7 +35,7 @@ class Arm:
             origins=[np.array(joint["origin"], dtype=float) for joint in joints],
             axes=[np.array(joint["axis"], dtype=float) for joint in joints],
             prismatic=[joint.get("type", "revolute") == "prismatic" for joint in joints],
-            tool=np.array(description["tool"]["origin"], dtype=float),
+            tool=np.array(description["tools"][0]["origin"], dtype=float),
             spheres=[
                 (s["link"], np.array(s["center"], dtype=float), float(s["radius"])) for s in description["spheres"]
             ],

@@ -29,8 +29,8 @@ int main() {
   instance.weights = *weights;
   instance.reference.nodes = ocp.horizon();
   for (int k = 1; k <= ocp.horizon(); ++k) {
-    instance.reference.p[k - 1] = arm.p() + Vector3(0.0, 0.3 * k * ocp.dt(), 0.0);
-    instance.reference.R[k - 1] = arm.R();
+    instance.reference.tools[0].p[k - 1] = arm.p() + Vector3(0.0, 0.3 * k * ocp.dt(), 0.0);
+    instance.reference.tools[0].R[k - 1] = arm.R();
   }
 
   Trajectory guess(ocp.dof(), ocp.horizon());  // standing still

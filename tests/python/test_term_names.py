@@ -19,7 +19,7 @@ OTHERS = {
     # the term whose pull the planner bounds, the rows that it fills, keys of problems and their obstacles
     "src/steadyhand/planning/plan/planner.cpp": {"position"},
     "src/steadyhand/planning/plan/obstacle_rows.cpp": {"obstacles"},
-    "src/steadyhand/files/record/problem_json.cpp": {"lean", "acceleration_step", "obstacles", "velocity"},
+    "src/steadyhand/files/record/problem_json.cpp": {"lean", "acceleration_step", "relative_pose", "obstacles", "velocity"},
     "src/steadyhand/files/record/model_json.cpp": {"velocity"},
     "src/steadyhand/files/record/model_json.hpp": {"velocity"},
     "src/steadyhand/operator/protocol/operator.hpp": {"no_spill"},

@@ -6,13 +6,12 @@
 
 namespace steadyhand::test {
 
-/// w dq' dq, as a user's own term would be: at single nodes.
+/// w dq' dq with the first weight, as a user's own term would be: at single nodes.
 class Extra : public Objective {
  public:
   explicit Extra(std::string name, int weights = 1)
-      : Objective({.name = std::move(name), .label = "Extra", .unit = "s/rad^2"}), weights_(weights) {}
+      : Objective({.name = std::move(name), .label = "Extra", .unit = "s/rad^2", .weights = {weights}}) {}
   Nodes nodes() const override { return Nodes::kStates; }
-  int weight_count(int /*dof*/) const override { return weights_; }
   double value(const Node& node, const JointVector& weight) const override { return weight[0] * node.dq.squaredNorm(); }
   void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
     const int n = node.arm.dof();
@@ -23,9 +22,6 @@ class Extra : public Objective {
     hessian.diagonal().segment(n, n).array() += 2.0 * weight[0];
   }
   using Objective::add_gradient, Objective::add_hessian, Objective::value;
-
- private:
-  int weights_;  ///< of which the first counts
 };
 
 /// Two intervals, the default objectives and as many extra ones, extra_6 and so on, as make `count`; of weight i + 1

@@ -46,8 +46,8 @@ inline void write(const PosedProblem& problem, std::ostream& out) {
   add("x0", problem.instance.x0);
   for (const JointVector& u : problem.guess.u) add("u", u);
   for (int k = 0; k < problem.horizon; ++k) {
-    add("p", problem.instance.reference.p[k]);
-    add("R", problem.instance.reference.R[k].reshaped());
+    add("p", problem.instance.reference.tools[0].p[k]);
+    add("R", problem.instance.reference.tools[0].R[k].reshaped());
   }
   for (const auto& [node, constraint, row, value] : problem.multipliers) {
     out << fmt::format(" multiplier {} {} {} {}", node, constraint, row, value);
@@ -96,9 +96,9 @@ inline Result<std::vector<PosedProblem>> read_problem_set(const std::filesystem:
     } else if (word == "u" && inputs < problem.horizon) {
       fill(problem.guess.u[inputs++]);
     } else if (word == "p" && positions < problem.horizon) {
-      fill(reference.p[positions++]);
+      fill(reference.tools[0].p[positions++]);
     } else if (word == "R" && rotations < problem.horizon) {
-      fill(reference.R[rotations++].reshaped());
+      fill(reference.tools[0].R[rotations++].reshaped());
     } else if (word == "multiplier") {
       KeptMultiplier& kept = problem.multipliers.emplace_back();
       in >> kept.node >> kept.constraint >> kept.row;

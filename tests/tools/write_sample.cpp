@@ -35,7 +35,9 @@ Status write_recording(const ReportInput& input, const std::filesystem::path& pa
       plan.joints = 6;
       plan.intervals = 8;
       for (int k = 0; k <= 8; ++k) {
-        if (k < 8) reference.p[k] = made.X_base_target.p, reference.R[k] = made.X_base_target.q.toRotationMatrix();
+        if (k < 8)
+          reference.tools[0].p[k] = made.X_base_target.p,
+          reference.tools[0].R[k] = made.X_base_target.q.toRotationMatrix();
         plan.x[k].resize(12);
         plan.x[k] << made.q, made.dq;
         if (k < 8) plan.u[k] = made.ddq;

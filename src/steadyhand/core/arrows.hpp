@@ -53,15 +53,26 @@ struct Spread {
   double across = 0.0;  ///< m, in each direction across it
 };
 
-/// The predicted target over the planner's horizon: entry k-1 holds node k = 1..nodes at time start + k * dt.
-struct Reference {
-  Stamp stamp;                               ///< stamp of the newest target
-  Time start{0};                             ///< time of node 0
-  double dt = 0.05;                          ///< s
-  int nodes = 0;                             ///< N
+/// One tool's predicted target over the planner's horizon: entry k-1 holds node k = 1..N.
+struct ToolReference {
   std::array<Vector3, kMaxHorizon> p;        ///< m, base frame
   std::array<Matrix3, kMaxHorizon> R;        ///< controlled frame to base
   std::array<Spread, kMaxHorizon> spread{};  ///< uncertainty of p
+};
+
+/// The predicted targets over the planner's horizon; node k is at time start + k * dt.
+struct Reference {
+  Stamp stamp;                                 ///< stamp of the newest target
+  Time start{0};                               ///< time of node 0
+  double dt = 0.05;                            ///< s
+  int nodes = 0;                               ///< N
+  std::array<ToolReference, kMaxTools> tools;  ///< by index of the tool
+
+  Reference() = default;
+  /// @{ Copies the entries in use: most horizons are far shorter than the longest.
+  Reference(const Reference& other) { *this = other; }
+  Reference& operator=(const Reference& other);
+  /// @}
 };
 
 /// Origin of a plan.

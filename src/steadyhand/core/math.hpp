@@ -15,10 +15,12 @@ static_assert(EIGEN_DEFAULT_MATRIX_STORAGE_ORDER_OPTION == Eigen::ColMajor,
               "EIGEN_DEFAULT_TO_ROW_MAJOR turns matrices");
 static_assert(sizeof(Eigen::Index) == sizeof(std::ptrdiff_t), "EIGEN_DEFAULT_DENSE_INDEX_TYPE moves members");
 
-/// Largest arm that the fixed-size types below hold.
-inline constexpr int kMaxJoints = 8;
-/// Most entries of z = [q; dq; u; state of the liquid] at a node.
-inline constexpr int kMaxEntries = 3 * kMaxJoints + 15;
+/// Most joints of one robot, all of its arms together.
+inline constexpr int kMaxJoints = 16;
+/// Most arms of one robot, each with a tool.
+inline constexpr int kMaxTools = 2;
+/// Most entries of z = [q; dq; u; states of the liquids] at a node.
+inline constexpr int kMaxEntries = 3 * kMaxJoints + 15 * kMaxTools;
 /// Longest horizon, in intervals.
 inline constexpr int kMaxHorizon = 128;
 /// Most objectives of one problem.

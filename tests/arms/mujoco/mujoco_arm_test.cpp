@@ -241,10 +241,10 @@ TEST(Robotiq2f85, ClosesAndOpensInItsTimeAndPadsStayParallel) {
     }
     return *state.joints.gripper;
   };
-  EXPECT_NEAR(goes_to(1.0, 0.5 * *model.gripper_time), 0.5, 0.15);
-  EXPECT_NEAR(goes_to(1.0, *model.gripper_time), 1.0, 0.05);
-  EXPECT_NEAR(goes_to(0.25, *model.gripper_time), 0.25, 0.05);
-  EXPECT_NEAR(goes_to(0.0, *model.gripper_time), 0.0, 0.05);
+  EXPECT_NEAR(goes_to(1.0, 0.5 * *model.tool().gripper_time), 0.5, 0.15);
+  EXPECT_NEAR(goes_to(1.0, *model.tool().gripper_time), 1.0, 0.05);
+  EXPECT_NEAR(goes_to(0.25, *model.tool().gripper_time), 0.25, 0.05);
+  EXPECT_NEAR(goes_to(0.0, *model.tool().gripper_time), 0.0, 0.05);
 }
 
 /// As the URDF has it that the tool's file names: where its mimic joints have the pads.

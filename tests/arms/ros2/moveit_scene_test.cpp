@@ -171,7 +171,7 @@ TEST_F(MoveItScene, TheToolTakesAndLetsGo) {
   ASSERT_EQ(take(attached(hand, bottle, {hand, "left_" + model.link_names[4], "gripper_of_somebody"})), "");
   EXPECT_TRUE(placed("bottle").attached);
   const Eigen::Isometry3d in_tool = placed("bottle").origin;
-  EXPECT_TRUE((model.tool.origin * in_tool).translation().isApprox(Vector3(0, 0, 0.2), 1e-12));
+  EXPECT_TRUE((model.tool().origin * in_tool).translation().isApprox(Vector3(0, 0, 0.2), 1e-12));
   EXPECT_EQ(placed("bottle").may_be_touched_by, (Names{model.link_names.back(), model.link_names[4]}));
   EXPECT_NE(take(object("bottle", at(0, 0, 0), {}, {}, kRemove)).find("carried by the tool"), std::string::npos);
   ASSERT_EQ(take(attached(hand, object("bottle", at(0, 0, 0), {}, {}, kRemove))), "");

@@ -252,7 +252,7 @@ class Ros2ArmWithGripper : public testing::Test {
  protected:
   Ros2ArmWithGripper() : random(4), model(random_arm(6, random, false)) {
     model.home = random_joints(6, 1.0, random);
-    model.gripper_time = 0.6;
+    model.tools[0].gripper_time = 0.6;
     ros2.gripper.action = "/with" + std::to_string(getpid());
     ros2.gripper.joint = "fingers";
     arm = std::make_unique<Ros2Lockstep>(model, ReferenceController::Settings{}, clock, ros2);

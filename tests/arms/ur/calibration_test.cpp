@@ -74,7 +74,7 @@ TEST(UrCalibration, TheToolIsWhereTheMeasuredParametersHaveIt) {
     for (int i = 0; i < 20; ++i) {
       const JointVector q = random_joints(6, 2.0, random);
       kinematics.set_position(q);
-      const Eigen::Isometry3d tool = flange(k, q, turn) * model.tool.origin;
+      const Eigen::Isometry3d tool = flange(k, q, turn) * model.tool().origin;
       EXPECT_LT((kinematics.p() - tool.translation()).norm(), 1e-9);
       EXPECT_LT((kinematics.R() - tool.linear()).norm(), 1e-9);
     }

@@ -24,7 +24,7 @@ TEST(RobotFile, LoadsTheUr5e) {
   const RobotModel model = ur5e();
   EXPECT_EQ(model.name, "ur5e");
   ASSERT_EQ(model.dof(), 6);
-  EXPECT_EQ(model.tool.name, "glass");
+  EXPECT_EQ(model.tool().name, "glass");
   const auto on_arm = [](const Body& s) { return !s.name.starts_with("gripper") && !s.name.starts_with("glass"); };
   EXPECT_EQ(std::count_if(model.bodies.begin(), model.bodies.end(), on_arm), 29);
   std::set<int> links;
@@ -61,7 +61,7 @@ TEST(RobotFile, ExpandsAPackagesFileAsItSays) {
 
 TEST(RobotFile, TheGlassStandsAcrossTheFlange) {
   const RobotModel model = ur5e();
-  EXPECT_NEAR(model.tool.origin.linear()(2, 2), 0.0, 1e-9);  // z of the glass in the flange's frame
+  EXPECT_NEAR(model.tool().origin.linear()(2, 2), 0.0, 1e-9);  // z of the glass in the flange's frame
 }
 
 TEST(RobotFile, ABareUrdfLoads) {
@@ -109,7 +109,7 @@ TEST(RobotFile, OneExtendsAnother) {
   EXPECT_EQ(model->velocity_max, JointVector::Ones(6));
   EXPECT_EQ(model->acceleration_max, whole.acceleration_max);
   EXPECT_EQ(model->home, whole.home);
-  EXPECT_EQ(model->tool.name, "glass");
+  EXPECT_EQ(model->tool().name, "glass");
   EXPECT_EQ(model->pairs, whole.pairs);
   const auto bodies = open_robot(
       folder
@@ -140,6 +140,70 @@ TEST(RobotFile, UnderTheCeilingTheGlassStandsUpright) {
   EXPECT_TRUE(doubts_about(*model).empty());
 }
 
+TEST(RobotFile, JoinsArmsOnOneTable) {
+  const RobotModel alone = ur5e();
+  const TemporaryFolder folder;
+  const auto written = [&](const std::string& text) {
+    return open_robot(folder.write("two.yaml", text).string(), kPlaces);
+  };
+  const std::string arm = "{extends: ur5e, mount: {xyz: [0, 0.4, 0], rpy: [0, 0, 0]}}";
+  const std::string other =
+      "{extends: ur5e_gripper, mount: {xyz: [0, -0.4, 0], rpy: [0, 0, 0]}, velocity_max: "
+      "{wrist_1_joint: 1}}";
+  const auto both = written("arms: {left: " + arm + ", right: " + other +
+                            "}\nbodies: [{name: table, link: world, box: "
+                            "{size: [1, 1.6, 0.04], center: [0, 0, -0.03]}}]\n");
+  ASSERT_TRUE(both) << both.error().message;
+  EXPECT_EQ(both->dof(), 12);
+  EXPECT_EQ(both->meshes, "two") << "the page gets those of both";
+  EXPECT_FALSE(both->tools[0].gripper_time);
+  EXPECT_EQ(both->tools[1].gripper_time, 0.6);
+  EXPECT_EQ(both->velocity_max[9], 1.0);
+  EXPECT_EQ(both->velocity_max.head(6), alone.velocity_max);
+  EXPECT_EQ(std::count_if(both->pairs.begin(), both->pairs.end(),
+                          [&](const BodyPair& pair) {
+                            return both->bodies[pair.first].name.starts_with("left_") &&
+                                   both->bodies[pair.second].name.starts_with("left_");
+                          }),
+            std::ssize(alone.pairs));
+  const auto dynamics = open_dynamics((folder.path() / "two.yaml").string(), kPlaces);
+  ASSERT_TRUE(dynamics) << dynamics.error().message;
+  EXPECT_EQ(dynamics->links.size(), 13u);
+  EXPECT_EQ(dynamics->effort_max.size(), 12);
+  const auto without = open_robot(folder.write("bare.yaml", "extends: two.yaml\nbodies: []\n").string(), kPlaces);
+  ASSERT_TRUE(without) << without.error().message;
+  EXPECT_EQ(without->bodies.size(), both->bodies.size() - 1);
+  EXPECT_EQ(without->meshes, "two");
+  for (const auto& [text, reason] : {
+           std::pair("arms: {left: " + arm + "}", "two.yaml:1: arms must have 2 entries, not 1"),
+           std::pair("arms: {a: " + arm + ", b: " + arm + ", c: " + arm + "}", "arms must have 2 entries, not 3"),
+           std::pair("arms: {left: " + arm + ", right: {extends: ur5e, mont: {}}}",
+                     "two.yaml:1: unknown key 'mont' in 'arms.right'; did you mean 'mount'?"),
+           std::pair("arms: {left: " + arm + ", right: {mount: {xyz: [0, 0, 0], rpy: [0, 0, 0]}}}",
+                     "key 'arms.right.urdf' is missing"),
+           std::pair("arms: {left: " + arm + ", right: {extends: two_ur5e}}",
+                     "arms.right has arms itself; each arm is a robot with one tool"),
+           std::pair("pairs: []\narms: {left: " + arm + ", right: " + other + "}", "two.yaml:1: pairs must be auto"),
+           std::pair("home: [0]\narms: {left: " + arm + ", right: " + other + "}", "unknown key 'home'"),
+           std::pair("arms: {left: " + arm + ", right: " + arm + "}",
+                     "two.yaml: robot 'two': the home pose is in self-collision: bodies 'left_"),
+       }) {
+    const auto refused = written(text);
+    ASSERT_FALSE(refused) << text;
+    EXPECT_NE(refused.error().message.find(reason), std::string::npos) << refused.error().message;
+  }
+}
+
+TEST(RobotFile, ShippedRobotsOfTwoArmsHoldTheirGlassesUprightAndApart) {
+  const auto two = open_robot("two_ur5e", kPlaces);
+  ASSERT_TRUE(two) << two.error().message;
+  EXPECT_TRUE(doubts_about(*two).empty());
+  Kinematics arms(*two);
+  arms.set_position(two->home);
+  for (int tool = 0; tool < 2; ++tool) EXPECT_GT(arms.R(tool)(2, 2), 0.9999);
+  EXPECT_GT((arms.p(0) - arms.p(1)).norm(), 0.4);
+}
+
 class RobotFileRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(RobotFileRefuses, WithTheReason) {
@@ -162,6 +226,14 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"key", "urdf: a\n\ntoool: {}\n", "arm.yaml:3: unknown key 'toool'; did you mean 'tool'?"},
         Refusal{"tool_size", "urdf: a\ntool: {link: a, xyz: [0, 0], rpy: [0, 0, 0]}\n",
                 "arm.yaml:2: tool.xyz has 2 numbers; 3 are expected"},
+        Refusal{"tool_and_tools", "urdf: a\ntool: {link: a}\ntools: {left: {link: a}, right: {link: b}}\n",
+                "arm.yaml:3: tools cannot be combined with 'tool' or 'gripper': each entry of 'tools' is a tool"},
+        Refusal{"three_tools", "urdf: a\ntools: {a: {link: a}, b: {link: b}, c: {link: c}}\n",
+                "arm.yaml:2: tools must have 1 to 2 entries, not 3"},
+        Refusal{"tool_twice", "urdf: a\ntools: {left: {link: a}, left: {link: b}}\n", "key 'left' is there twice"},
+        Refusal{"tools_key", "urdf: a\ntools: {left: {link: a, xzy: [0, 0, 0]}}\n",
+                "unknown key 'xzy' in 'tools.left'; did you mean 'xyz'?"},
+        Refusal{"home_by_name", "urdf: a\nhome: {j1: nan}\n", "home.j1"},
         Refusal{"radius", "urdf: a\nspheres:\n  - {name: s, link: l, center: [0, 0, 0], radius: -0.1}\n",
                 "arm.yaml:3: spheres[0].radius is -0.1; it must be positive"},
         Refusal{"no_shape", "urdf: a\nbodies:\n  - {name: s, link: l}\n",

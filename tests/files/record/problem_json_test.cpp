@@ -37,8 +37,8 @@ TEST(ProblemJson, RoundTrips) {
   instance.weights = *ocp.weights({{"position", {500}}, {"lateral", {0.1}}});
   instance.reference.nodes = 8;
   for (int k = 0; k < 8; ++k) {
-    instance.reference.p[k] = Vector3::Random();
-    instance.reference.R[k] = Quaternion::UnitRandom().toRotationMatrix();
+    instance.reference.tools[0].p[k] = Vector3::Random();
+    instance.reference.tools[0].R[k] = Quaternion::UnitRandom().toRotationMatrix();
   }
   Trajectory guess(6, 8);
   for (auto& x : guess.x) x.setRandom();
@@ -55,8 +55,8 @@ TEST(ProblemJson, RoundTrips) {
   EXPECT_EQ(read.x0, instance.x0);
   EXPECT_EQ(*ocp.weights(read.weights), instance.weights);
   for (int k = 0; k < 8; ++k) {
-    EXPECT_EQ(read.reference.p[k], instance.reference.p[k]);
-    EXPECT_EQ(read.reference.R[k], instance.reference.R[k]);
+    EXPECT_EQ(read.reference.tools[0].p[k], instance.reference.tools[0].p[k]);
+    EXPECT_EQ(read.reference.tools[0].R[k], instance.reference.tools[0].R[k]);
   }
   EXPECT_EQ(read.guess->x, guess.x);
   EXPECT_EQ(read.guess->u, guess.u);
@@ -78,14 +78,14 @@ TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
   instance.weights = *ocp.weights(settings.weights);
   instance.reference.nodes = 8;
   for (int k = 0; k < 8; ++k) {
-    instance.reference.p[k] = Vector3::Random();
-    instance.reference.R[k].setIdentity();
+    instance.reference.tools[0].p[k] = Vector3::Random();
+    instance.reference.tools[0].R[k].setIdentity();
   }
   GlassSettings glass = settings.liquid->glass;
   glass.fill = 0.07;
   glass.frequency_factor = 0.9;
-  instance.liquid = {SloshModel(glass, ocp.dt(), settings.liquid->frequencies), glass, false, 0.0123,
-                     SloshState::Random()};
+  instance.liquid[0] = {SloshModel(glass, ocp.dt(), settings.liquid->frequencies), glass, false, 0.0123,
+                        SloshState::Random()};
   const auto path = write("");
   ASSERT_TRUE(write_problems({to_record(ocp, instance, Trajectory(6, 8), 1e-6)}, path));
   const auto file = read_problems(path);
@@ -93,13 +93,13 @@ TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
   const ProblemRecord& read = file->problems[0];
   EXPECT_EQ(read.u_followed, instance.u_followed);
   EXPECT_EQ(read.clearance, instance.clearance);
-  ASSERT_TRUE(read.liquid);
+  ASSERT_EQ(read.liquid.size(), 1u);
   LiquidSettings expected = *settings.liquid;
   expected.glass = glass;
-  EXPECT_EQ(read.liquid->settings, expected);
-  EXPECT_FALSE(read.liquid->counts);
-  EXPECT_EQ(read.liquid->room, 0.0123);
-  EXPECT_EQ(read.liquid->state, instance.liquid.state);
+  EXPECT_EQ(read.liquid[0].settings, expected);
+  EXPECT_FALSE(read.liquid[0].counts);
+  EXPECT_EQ(read.liquid[0].room, 0.0123);
+  EXPECT_EQ(read.liquid[0].state, instance.liquid[0].state);
 
   Json json = Json::parse(std::ifstream(path))[0];
   const auto message = [&](const std::string& key, const Json& value) {
@@ -119,6 +119,66 @@ TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
   EXPECT_EQ(message("state", {1.0, 2.0}), "problem: 'liquid.state' must be a list of 15 numbers, not [1.0,2.0]");
   json["u_followed"] = {1.0};
   EXPECT_EQ(message("fill", 0.06), "problem: 'u_followed' has 1 entries; it must have 6");
+}
+
+TEST(ProblemJson, EachOfTwoToolsHasItsPart) {
+  std::mt19937 random(3);
+  const RobotModel model = random_tree(1, 3, 4, random);
+  OcpSettings settings;
+  settings.horizon = 2;
+  settings.liquid.emplace();
+  settings.weights["relative_pose"] = {2.0, 3.0};
+  add_optional_objectives(settings);
+  const Ocp ocp(model, settings);
+  OcpInstance instance;
+  instance.x0 = StateVector::Random(16);
+  instance.weights = *ocp.weights(settings.weights);
+  instance.reference.nodes = 2;
+  instance.held = {Vector3::Random(), random_rotation(random)};
+  for (int t = 0; t < 2; ++t) {
+    for (int k = 0; k < 2; ++k) {
+      instance.reference.tools[t].p[k] = Vector3::Random();
+      instance.reference.tools[t].R[k] = random_rotation(random);
+    }
+    GlassSettings glass = settings.liquid->glass;
+    glass.fill -= 0.01 * t;
+    instance.liquid[t] = {SloshModel(glass, ocp.dt(), settings.liquid->frequencies), glass, t == 0, 0.01,
+                          SloshState::Random()};
+  }
+  const auto path = write("");
+  ASSERT_TRUE(write_problems({to_record(ocp, instance, Trajectory(8, 2), 1e-6)}, path));
+  const auto file = read_problems(path);
+  ASSERT_TRUE(file) << file.error().message;
+  const ProblemRecord& read = file->problems[0];
+  ASSERT_EQ(read.tools, 2);
+  ASSERT_TRUE(read.held);
+  EXPECT_EQ(read.held->p, instance.held.p);
+  ASSERT_EQ(read.liquid.size(), 2u);
+  for (int t = 0; t < 2; ++t) {
+    EXPECT_EQ(read.reference.tools[t].p[1], instance.reference.tools[t].p[1]);
+    EXPECT_TRUE(read.reference.tools[t].R[1].isApprox(instance.reference.tools[t].R[1], 1e-12));
+    EXPECT_EQ(read.liquid[t].settings.glass, instance.liquid[t].glass);
+    EXPECT_EQ(read.liquid[t].counts, t == 0);
+    EXPECT_EQ(read.liquid[t].state, instance.liquid[t].state);
+  }
+
+  const Json json = Json::parse(std::ifstream(path))[0];
+  const auto message = [&](const auto& change) {
+    Json spoilt = json;
+    change(spoilt);
+    const auto result = parse_problems(spoilt.dump(), "");
+    return result ? "" : result.error().message;
+  };
+  EXPECT_EQ(message([](Json& j) { j["tools"].erase(1); }), "problem: 'tools' has 1 entries; it must have 2");
+  EXPECT_EQ(message([](Json& j) { j["tools"][1]["reference"].erase(0); }),
+            "problem: 'tools[1].reference' has 1 entries; it must have 2");
+  EXPECT_EQ(message([](Json& j) { j["tools"][1].erase("liquid"); }),
+            "problem: 'tools[1].liquid' must be there for each tool, or for none");
+  EXPECT_EQ(message([](Json& j) { j["tools"][1]["liquid"]["price"] = 1.0; }),
+            "problem: 'tools[1].liquid' must have price, least_weight, lean and frequencies of the first tool's");
+  EXPECT_EQ(message([](Json& j) { j["reference"] = j["tools"][0]["reference"]; }),
+            "problem: 'reference' and 'liquid' belong into 'tools' where there are several");
+  EXPECT_EQ(message([](Json& j) { j.erase("tools"); }), "problem: 'reference' is missing");
 }
 
 TEST(ProblemJson, OneProblemNeedsNoGuess) {

@@ -68,7 +68,8 @@ TEST(JsonMessages, FitTheirSchemas) {
   sample.X_operator_hand = target.X_base_tool = some_pose();
   Reference reference;
   reference.nodes = 2;
-  for (int k = 0; k < 2; ++k) reference.p[k] = some_pose().p, reference.R[k] = some_pose().q.toRotationMatrix();
+  for (int k = 0; k < 2; ++k)
+    reference.tools[0].p[k] = some_pose().p, reference.tools[0].R[k] = some_pose().q.toRotationMatrix();
   const std::array<Pose, 3> path = {some_pose(), some_pose(), some_pose()};
   const JointCommand command{{}, JointVector::Random(3), JointVector::Random(3), JointVector::Random(3)};
   const JointState state{{}, JointVector::Random(3), JointVector::Random(3)};

@@ -66,8 +66,8 @@ TEST_P(ObjectivesOf, AllSharesAreTold) {
   Kinematics arm(model);
   arm.set_position(model.home);
   for (int k = 0; k < reference.nodes; ++k) {
-    reference.p[k] = arm.p() + Vector3(0.05, 0.0, 0.0);
-    reference.R[k] = arm.R();
+    reference.tools[0].p[k] = arm.p() + Vector3(0.05, 0.0, 0.0);
+    reference.tools[0].R[k] = arm.R();
   }
   const Plan& plan = (*planner)->update(reference);
   const PlanStep step = StepDescriber(model).describe(plan, Time(0), ocp.horizon(), (*planner)->figures());

@@ -6,9 +6,11 @@
 #include <fstream>
 #include <random>
 
+#include "geometry/robot/random_arm.hpp"
 #include "geometry/robot/urdf_text.hpp"
 #include "steadyhand/geometry/fit/cover.hpp"
 #include "steadyhand/geometry/fit/pieces.hpp"
+#include "steadyhand/geometry/robot/gaps.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {
@@ -170,6 +172,27 @@ TEST(PairsThatMeet, LeavesOutOnlyWhatCannot) {
   EXPECT_EQ(pairs_that_meet(planar_arm(0.35), {{0, 1}}, 0.02).size(), 0u);
 }
 
+/// Its bounds hold along ways that go towards the base and away from it.
+TEST(PairsThatMeet, KeepsWhatRandomTreesBringNear) {
+  std::mt19937 random(5);
+  int left_out = 0;
+  for (int tree = 0; tree < 6; ++tree) {
+    RobotModel model = random_tree(tree % 3, 1 + tree % 2, 2, random);
+    model.position_min *= 0.1;
+    model.position_max *= 0.1;
+    const std::vector<BodyPair> near = pairs_that_meet(model, model.pairs, 0.02);
+    std::vector<BodyPair> far = model.pairs;
+    std::erase_if(far, [&](const BodyPair& pair) { return std::count(near.begin(), near.end(), pair) > 0; });
+    left_out += static_cast<int>(far.size());
+    Kinematics kinematics(model);
+    for (int s = 0; s < 2000; ++s) {
+      kinematics.set_position(random_joints(model.dof(), 0.1 * M_PI, random));
+      for (const BodyPair& pair : far) ASSERT_GE(gap(kinematics, pair), 0.02);
+    }
+  }
+  EXPECT_GT(left_out, 50);
+}
+
 /// A block on the base, and a cube on the arm's second link that can come over it, so high above: of balls around them
 /// nothing could be shown.
 TEST(PartsMayMeet, NotWhereFacesStayApart) {
@@ -227,6 +250,30 @@ TEST(FitBodies, LeavesNoPartOfALinkWithoutABody) {
   const std::string good = "<collision><geometry><sphere radius='0.1'/></geometry></collision>";
   EXPECT_NE(refusal_of_link(bad + good, true).find("<visual>"), std::string::npos);
   EXPECT_EQ(refusal_of_link(bad + good).find("<visual>"), std::string::npos);
+}
+
+TEST(FitBodies, CoversBothArmsOfATree) {
+  const std::string rod =
+      "<collision><origin xyz='0.15 0 0'/><geometry><box size='0.2 0.05 0.05'/></geometry></collision>";
+  const TemporaryFolder folder;
+  FitSettings settings;
+  settings.urdf = folder.write("arm.urdf", urdf_robot(urdf_two_arms(1, 2, 3, rod)));
+  settings.tip = "left_2,right_3";
+  settings.rounds = 0;
+  settings.judged = 2000;
+  const Result<FitResult> result = fit_bodies(settings);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->links.size(), 5u);
+  EXPECT_TRUE(result->left_out.empty());
+  EXPECT_EQ(result->missed, 0);
+  const RobotModel& model = result->model;
+  for (const BodyPair& pair : model.pairs)
+    EXPECT_GT(way_between(model, model.bodies[pair.first].link, model.bodies[pair.second].link).size(), 1u);
+  const std::string text = robot_file(*result, "fit", folder.path());
+  EXPECT_NE(text.find("tools:\n  left_2:\n    link: left_2\n"), std::string::npos) << text;
+  const Result<RobotModel> again = load_robot(result->robot);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->pairs, model.pairs);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ TEST_F(Carrying, WhatIsTakenMovesWithTheToolAndIsLetGoOfWhereItIs) {
   EXPECT_NEAR(obstacles->list[1].shape.core.x(), 0.03, 1e-12) << "without its own margin";
 
   arm.set_position(model.home + JointVector::Constant(6, 0.3));
-  EXPECT_TRUE(on_tool(arm, obstacles->list[1].at).p.isApprox((tool() * in_tool).translation(), 1e-12));
+  EXPECT_TRUE(placed_on_tool(arm, obstacles->list[1]).p.isApprox((tool() * in_tool).translation(), 1e-12));
   EXPECT_TRUE(cell_after(*taken, 10.0).objects[1].origin.isApprox(in_tool, 1e-12));
   const Result<Cell> left = detach(*taken, "bottle", arm);
   ASSERT_TRUE(left) << reason(left);
@@ -129,7 +129,7 @@ TEST_F(Carrying, IsAPartOfTheArm) {
   EXPECT_LE(nearest_pair(arm, obstacles).gap, bottle.distance);
   const Shape solid = Shape::cylinder(0.03, 0.1);
   EXPECT_NEAR(
-      distance(model.bodies[bottle.body].shape, arm.body(bottle.body), solid, on_tool(arm, obstacles.list[1].at)),
+      distance(model.bodies[bottle.body].shape, arm.body(bottle.body), solid, placed_on_tool(arm, obstacles.list[1])),
       bottle.distance, 1e-3)
       << "without its margin";
   EXPECT_GT(table.distance, 0.0);

@@ -5,7 +5,9 @@
 #include <clocale>
 #include <cmath>
 #include <functional>
+#include <set>
 
+#include "geometry/robot/random_arm.hpp"
 #include "geometry/robot/urdf_text.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/robot/urdf_chain.hpp"
@@ -42,7 +44,7 @@ TEST(LoadRobot, TakesDefaultsFromTheUrdf) {
   EXPECT_EQ(model->home, JointVector::Zero(3));
   EXPECT_EQ(model->velocity_max, JointVector::Constant(3, 2.0));
   EXPECT_EQ(model->acceleration_max, JointVector::Constant(3, kDefaultAcceleration));
-  EXPECT_TRUE(model->tool.origin.isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(model->tool().origin.isApprox(Eigen::Isometry3d::Identity()));
 }
 
 TEST(LoadRobot, MergesFixedJointsAndAllowsFixedSideBranches) {
@@ -53,7 +55,7 @@ TEST(LoadRobot, MergesFixedJointsAndAllowsFixedSideBranches) {
       urdf_robot(urdf_link("world") + fixed("f0", "world", "l0") + urdf_serial_arm(2).substr(urdf_link("l0").size()) +
                  fixed("f1", "l2", "flange") + fixed("f2", "l1", "camera"));
   const auto model = load_text(text, [](RobotSettings& settings) {
-    settings.tool_link = "flange";
+    settings.tools[0].link = "flange";
     settings.bodies = {ball("on_base", "l0", {0.1, 0.2, 0.3}, 0.05),
                        ball("on_camera", "camera", {0.1, 0.2, 0.3}, 0.05)};
   });
@@ -64,7 +66,7 @@ TEST(LoadRobot, MergesFixedJointsAndAllowsFixedSideBranches) {
   EXPECT_EQ(model->link_names[0], "world");
   EXPECT_TRUE(model->joints[0].origin.isApprox(step * step, 1e-12));
   EXPECT_TRUE(model->joints[1].origin.isApprox(step, 1e-12));
-  EXPECT_TRUE(model->tool.origin.isApprox(step, 1e-12));
+  EXPECT_TRUE(model->tool().origin.isApprox(step, 1e-12));
   EXPECT_EQ(model->bodies[0].link, 0);
   EXPECT_EQ(model->bodies[1].link, 1);
   for (const Body& body : model->bodies) {
@@ -121,7 +123,7 @@ TEST(LoadRobot, ABareUrdfRaisesDoubts) {
   EXPECT_NE(doubts[1].find("leans by 154 degrees"), std::string::npos) << doubts[1];  // 360 - 3 * 1.2 rad
 
   const auto complete = load_text(urdf_robot(urdf_serial_arm(3)), [](RobotSettings& settings) {
-    settings.tool_origin = Eigen::Isometry3d(Eigen::AngleAxisd(-3.6, Vector3::UnitX()));
+    settings.tools[0].origin = Eigen::Isometry3d(Eigen::AngleAxisd(-3.6, Vector3::UnitX()));
     settings.bodies = {ball("a", "l0", Vector3::Zero(), 0.01), ball("b", "l3", Vector3::Zero(), 0.01)};
     settings.pairs.emplace().emplace_back("a", "b");
   });
@@ -198,7 +200,7 @@ TEST(LoadRobot, TheChainMayEndEarlier) {
   ASSERT_TRUE(two_arms) << two_arms.error().message;
   EXPECT_EQ(two_arms->dof(), 3);
   EXPECT_EQ(two_arms->assumptions.size(), 1u);
-  const auto short_arm = load_text(urdf_robot(urdf_serial_arm(3)), [](RobotSettings& s) { s.tool_link = "l2"; });
+  const auto short_arm = load_text(urdf_robot(urdf_serial_arm(3)), [](RobotSettings& s) { s.tools[0].link = "l2"; });
   ASSERT_TRUE(short_arm) << short_arm.error().message;
   EXPECT_EQ(short_arm->dof(), 2);
 }
@@ -227,8 +229,8 @@ TEST(LoadRobot, SoftLimitsAreThePositionLimitsAndAreReported) {
   EXPECT_NE(model->assumptions[0].find("j1 -0.5 to 3 instead of -3 to 3 rad"), std::string::npos)
       << model->assumptions[0];
   const auto overridden = load_text(text, [](RobotSettings& settings) {
-    settings.position_min = {{-2.0}};
-    settings.position_max = {{2.0}};
+    settings.position_min = std::vector<double>{-2.0};
+    settings.position_max = std::vector<double>{2.0};
   });
   ASSERT_TRUE(overridden) << overridden.error().message;
   EXPECT_EQ(overridden->position_min[0], -2.0);
@@ -246,7 +248,7 @@ TEST(LoadRobot, AGripperThatCountsAsAJointIsReported) {
   ASSERT_EQ(found->assumptions.size(), 1u);
   EXPECT_NE(found->assumptions[0].find("'jointGripper' counts as joint 6 of the arm"), std::string::npos);
   EXPECT_NE(found->assumptions[0].find("--tip l5"), std::string::npos) << found->assumptions[0];
-  const auto chosen = load_text(text, [](RobotSettings& settings) { settings.tool_link = "mover"; });
+  const auto chosen = load_text(text, [](RobotSettings& settings) { settings.tools[0].link = "mover"; });
   ASSERT_TRUE(chosen) << chosen.error().message;
   EXPECT_TRUE(chosen->assumptions.empty()) << "the caller has chosen the end";
 }
@@ -269,6 +271,107 @@ TEST(LoadRobot, DegreesAndMillimetresRaiseDoubts) {
   EXPECT_NE(doubts("lower='-170' upper='170' velocity='3'", 0.3).find("last -170 to 170 rad"), std::string::npos);
   EXPECT_NE(doubts("lower='-3' upper='3' velocity='180'", 0.3).find("last 180 rad/s"), std::string::npos);
   EXPECT_NE(doubts("lower='-3' upper='3' velocity='3'", 300).find("are 300.3 m apart in all"), std::string::npos);
+}
+
+/// A setting for the tools of urdf_two_arms, and joints on each side.
+void hold_both(RobotSettings& settings, int left = 3, int right = 3) {
+  settings.tools = tools_on(fmt::format("left_{},right_{}", left, right));
+}
+
+TEST(LoadRobot, TwoToolsMakeATree) {
+  const std::string text = urdf_robot(urdf_two_arms(2, 3, 4));
+  const auto mounted = [](RobotSettings& settings) {
+    settings.mount.translation().z() = 0.7;
+    settings.bodies = {ball("torso", "l2", Vector3::Zero(), 0.05), ball("hand", "right_4", Vector3::UnitX(), 0.05)};
+  };
+  const auto both = load_text(text, [&](RobotSettings& settings) {
+    mounted(settings);
+    hold_both(settings, 3, 4);
+    settings.tools[1].gripper_time = 0.5;
+  });
+  ASSERT_TRUE(both) << both.error().message;
+  EXPECT_EQ(both->link_names, (std::vector<std::string>{"l0", "l1", "l2", "left_1", "left_2", "left_3", "right_1",
+                                                        "right_2", "right_3", "right_4"}));
+  EXPECT_EQ(both->parent(5), 2) << "right_1 begins at the torso";
+  EXPECT_TRUE(both->assumptions.empty());
+  EXPECT_EQ(both->bodies[1].link, 9);
+  std::mt19937 random(1);
+  Kinematics kinematics(*both);
+  for (int tool = 0; tool < 2; ++tool) {
+    const auto alone = load_text(text, [&](RobotSettings& settings) {
+      mounted(settings);
+      settings.tools[0].link = both->tools[tool].name;
+    });
+    ASSERT_TRUE(alone) << alone.error().message;
+    Kinematics serial(*alone);
+    const std::vector<int>& chain = kinematics.chain(tool);
+    ASSERT_EQ(std::ssize(chain), alone->dof());
+    const JointVector q = random_joints(both->dof(), 3.0, random);
+    kinematics.set_position(q);
+    serial.set_position(q(chain));
+    EXPECT_TRUE(kinematics.p(tool).isApprox(serial.p(), 1e-12));
+    EXPECT_TRUE(kinematics.R(tool).isApprox(serial.R(), 1e-12));
+    EXPECT_TRUE(kinematics.body(0).p.isApprox(serial.body(0).p, 1e-12)) << "the torso moves with both";
+    EXPECT_EQ(both->tools[tool].gripper_time.has_value(), tool == 1);
+  }
+}
+
+TEST(LoadRobot, TakesNumbersByNameOfAJoint) {
+  const auto model = load_text(urdf_robot(urdf_two_arms(1, 2, 2)), [](RobotSettings& settings) {
+    hold_both(settings, 2, 2);
+    settings.home = std::map<std::string, double>{{"j_right_1", 0.5}};
+    settings.acceleration_max = std::map<std::string, double>{{"j1", 2.0}, {"j_left_2", 3.0}};
+  });
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->home, JointVector::Unit(5, 3) * 0.5);
+  JointVector accelerations = JointVector::Constant(5, kDefaultAcceleration);
+  accelerations[0] = 2.0;
+  accelerations[2] = 3.0;
+  EXPECT_EQ(model->acceleration_max, accelerations);
+}
+
+/// Two arms with a ball on base and hand, `distance` m apart, with a table under both.
+void stand_apart(double distance, RobotSettings& settings) {
+  settings.bodies = {ball("base", "l0", Vector3::Zero(), 0.15), ball("hand", "l3", Vector3::Zero(), 0.1)};
+  RobotSettings left = settings, right = settings;
+  left.name = "left";
+  right.name = "right";
+  left.mount.translation().y() = distance;
+  right.tools[0].gripper_time = 0.5;
+  settings.name = "two";
+  settings.bodies = {ball("table", kBaseLink, Vector3(0.0, 0.0, -5.0), 4.0)};
+  settings.arms = {left, right};
+}
+
+TEST(LoadRobot, JoinsArmsOnOneBase) {
+  const std::string text = urdf_robot(urdf_serial_arm(3));
+  RobotModel arms[2];
+  const auto both = load_text(text, [&](RobotSettings& settings) {
+    stand_apart(1.0, settings);
+    for (int i = 0; i < 2; ++i) arms[i] = *load_robot(settings.arms[i]);
+  });
+  ASSERT_TRUE(both) << both.error().message;
+  EXPECT_EQ(both->name, "two");
+  EXPECT_EQ(both->link_names,
+            (std::vector<std::string>{"world", "left_l1", "left_l2", "left_l3", "right_l1", "right_l2", "right_l3"}));
+  EXPECT_EQ(both->joints[3].name, "right_j1");
+  EXPECT_EQ(both->tools[1].name, "right");
+  EXPECT_EQ(both->tools[1].gripper_time, 0.5);
+  std::set<std::string> pairs;
+  for (const auto& [i, j] : both->pairs) pairs.insert(both->bodies[i].name + " " + both->bodies[j].name);
+  EXPECT_EQ(pairs, (std::set<std::string>{"left_base left_hand", "right_base right_hand", "left_base right_hand",
+                                          "right_base left_hand", "left_hand right_hand", "table left_hand",
+                                          "table right_hand"}));
+  std::mt19937 random(2);
+  const JointVector q = random_joints(6, 3.0, random);
+  Kinematics kinematics(*both);
+  kinematics.set_position(q);
+  for (int tool = 0; tool < 2; ++tool) {
+    Kinematics alone(arms[tool]);
+    alone.set_position(q.segment(3 * tool, 3));
+    EXPECT_TRUE(kinematics.p(tool).isApprox(alone.p(), 1e-12));
+    EXPECT_TRUE(kinematics.body(2 + 2 * tool).p.isApprox(alone.body(1).p, 1e-12));
+  }
 }
 
 struct Refusal {
@@ -338,8 +441,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"joint_on_itself",
                 urdf_robot(urdf_serial_arm(2) + urdf_link("a") + urdf_joint("aa", "fixed", "a", "a")),
                 "loop of joints"},
-        Refusal{"no_moving_joint", one_joint("fixed", ""), "has 0 moving joints; an arm has 1 to 8"},
-        Refusal{"nine_joints", urdf_robot(urdf_serial_arm(9)), "has 9 moving joints; an arm has 1 to 8"},
+        Refusal{"no_moving_joint", one_joint("fixed", ""), "has 0 moving joints; an arm has 1 to 16"},
+        Refusal{"too_many_joints", urdf_robot(urdf_serial_arm(17)), "has 17 moving joints; an arm has 1 to 16"},
         Refusal{"floating", one_joint("floating", ""), "joint 'j1' is floating"},
         Refusal{"planar", one_joint("planar", "<axis xyz='0 0 1'/>"), "joint 'j1' is planar"},
         Refusal{"mimic", one_joint("revolute", kRevolute + "<mimic joint='other'/>"), "mimics 'other'"},
@@ -353,10 +456,10 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"locked_nan", gripper(), "locked joint 'left' is at nan",
                 [](auto& s) { s.locked = {{"left", std::nan("")}}; }},
         Refusal{"unknown_tool_link", urdf_robot(urdf_serial_arm(2)),
-                "no link 'hand' to carry the tool; known: l0, l1, l2", [](auto& s) { s.tool_link = "hand"; }},
+                "no link 'hand' to carry the tool; known: l0, l1, l2", [](auto& s) { s.tools[0].link = "hand"; }},
         Refusal{"misspelt_tool_link", urdf_robot(urdf_serial_arm(2)),
                 "no link 'L2' to carry the tool; did you mean 'l2'? (known: l0, l1, l2)",
-                [](auto& s) { s.tool_link = "L2"; }},
+                [](auto& s) { s.tools[0].link = "L2"; }},
         Refusal{"zero_axis",
                 one_joint("revolute", "<axis xyz='0 0 0'/><limit lower='-3' upper='3' velocity='2' effort='1'/>"),
                 "it must have length 1"},
@@ -391,50 +494,97 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Settings, LoadRobotRefuses,
-    testing::Values(Refusal{"home_size", urdf_robot(urdf_serial_arm(2)), "home has 3 numbers; the arm has 2 joints",
-                            [](auto& s) { s.home = {{0, 0, 0}}; }},
-                    Refusal{"home_outside", urdf_robot(urdf_serial_arm(2)),
-                            "home[1] = 3.5 rad is outside the limits -3 to 3", [](auto& s) { s.home = {{0, 3.5}}; }},
-                    Refusal{"home_nan", urdf_robot(urdf_serial_arm(2)), "home[0] of joint 'j1' is nan",
-                            [](auto& s) { s.home = {{NAN, 0}}; }},
-                    Refusal{"acceleration_negative", urdf_robot(urdf_serial_arm(2)),
-                            "acceleration_max[1] of joint 'j2' is -1", [](auto& s) { s.acceleration_max = {{1, -1}}; }},
-                    Refusal{"velocity_infinite", urdf_robot(urdf_serial_arm(2)), "velocity_max[0] of joint 'j1' is inf",
-                            [](auto& s) { s.velocity_max = {{INFINITY, 1}}; }},
-                    Refusal{"tool_nan", urdf_robot(urdf_serial_arm(2)), "the tool's origin",
-                            [](auto& s) { s.tool_origin.translation().x() = NAN; }},
-                    Refusal{"tool_skewed", urdf_robot(urdf_serial_arm(2)), "not a rotation",
-                            [](auto& s) { s.tool_origin.linear()(0, 0) = 2.0; }},
-                    Refusal{"body_link", urdf_robot(urdf_serial_arm(2)), "body 'a' is on link 'nowhere'",
-                            [](auto& s) { s.bodies = {ball("a", "nowhere", Vector3::Zero(), 0.1)}; }},
-                    Refusal{"body_radius", urdf_robot(urdf_serial_arm(2)), "body 'a': the radius is 0 m",
-                            [](auto& s) { s.bodies = {ball("a", "l0", Vector3::Zero(), 0.0)}; }},
-                    Refusal{"body_center", urdf_robot(urdf_serial_arm(2)), "body 'a''s origin",
-                            [](auto& s) { s.bodies = {ball("a", "l0", Vector3(NAN, 0, 0), 0.1)}; }},
-                    Refusal{"body_twice", urdf_robot(urdf_serial_arm(2)), "two bodies are called 'a'",
-                            [](auto& s) {
-                              s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1), ball("a", "l2", Vector3::Zero(), 0.1)};
-                            }},
-                    Refusal{"pair_unknown", urdf_robot(urdf_serial_arm(2)), "pair [a, b]: there is no body 'b'",
-                            [](auto& s) {
-                              s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1)};
-                              s.pairs = {{{"a", "b"}}};
-                            }},
-                    Refusal{"pair_on_one_link", urdf_robot(urdf_serial_arm(2)), "both bodies are on one link, 'l0'",
-                            [](auto& s) {
-                              s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1),
-                                          ball("b", "l0", Vector3::UnitX(), 0.1)};
-                              s.pairs = {{{"a", "b"}}};
-                            }},
-                    Refusal{"home_in_collision", urdf_robot(urdf_serial_arm(3)),
-                            "bodies 'a' and 'b' overlap by 50.0 mm",
-                            [](auto& s) {
-                              s.home = {{0.0, 0.0, 0.0}};
-                              // Both on the axis of the last joint, 0.15 m apart, so only the radii decide.
-                              s.bodies = {ball("a", "l0", Vector3(0.3, 0.0, 0.0), 0.1),
-                                          ball("b", "l1", Vector3(0.15, 0.0, 0.0), 0.1)};
-                              s.pairs = {{{"a", "b"}}};
-                            }}),
+    testing::Values(
+        Refusal{"home_size", urdf_robot(urdf_serial_arm(2)), "home has 3 numbers; the arm has 2 joints",
+                [](auto& s) { s.home = std::vector<double>{0, 0, 0}; }},
+        Refusal{"home_outside", urdf_robot(urdf_serial_arm(2)), "home[1] = 3.5 rad is outside the limits -3 to 3",
+                [](auto& s) { s.home = std::vector<double>{0, 3.5}; }},
+        Refusal{"home_nan", urdf_robot(urdf_serial_arm(2)), "home[0] of joint 'j1' is nan",
+                [](auto& s) { s.home = std::vector<double>{NAN, 0}; }},
+        Refusal{"acceleration_negative", urdf_robot(urdf_serial_arm(2)), "acceleration_max[1] of joint 'j2' is -1",
+                [](auto& s) { s.acceleration_max = std::vector<double>{1, -1}; }},
+        Refusal{"velocity_infinite", urdf_robot(urdf_serial_arm(2)), "velocity_max[0] of joint 'j1' is inf",
+                [](auto& s) { s.velocity_max = std::vector<double>{INFINITY, 1}; }},
+        Refusal{"tool_nan", urdf_robot(urdf_serial_arm(2)), "tool 'tool''s origin",
+                [](auto& s) { s.tools[0].origin.translation().x() = NAN; }},
+        Refusal{"tool_skewed", urdf_robot(urdf_serial_arm(2)), "not a rotation",
+                [](auto& s) { s.tools[0].origin.linear()(0, 0) = 2.0; }},
+        Refusal{"body_link", urdf_robot(urdf_serial_arm(2)), "body 'a' is on link 'nowhere'",
+                [](auto& s) { s.bodies = {ball("a", "nowhere", Vector3::Zero(), 0.1)}; }},
+        Refusal{"body_radius", urdf_robot(urdf_serial_arm(2)), "body 'a': the radius is 0 m",
+                [](auto& s) { s.bodies = {ball("a", "l0", Vector3::Zero(), 0.0)}; }},
+        Refusal{"body_center", urdf_robot(urdf_serial_arm(2)), "body 'a''s origin",
+                [](auto& s) { s.bodies = {ball("a", "l0", Vector3(NAN, 0, 0), 0.1)}; }},
+        Refusal{"tool_twice", urdf_robot(urdf_two_arms(1, 3, 3)),
+                "two tools are called 'hand'; each needs another name",
+                [](auto& s) {
+                  hold_both(s);
+                  s.tools[0].name = s.tools[1].name = "hand";
+                }},
+        Refusal{"tools_on_one_chain", urdf_robot(urdf_serial_arm(3)),
+                "the tools on links 'l2' and 'l3' are on one chain: every joint that moves the first",
+                [](auto& s) { s.tools = tools_on("l3,l2"); }},
+        Refusal{"tools_on_one_link", urdf_robot(urdf_serial_arm(3)),
+                "the tools on links 'l3' and 'l3' are on one chain", [](auto& s) { s.tools = tools_on("l3,l3"); }},
+        Refusal{"tool_on_base", urdf_robot(urdf_serial_arm(3)), "no joint moves link 'l0', which is to carry a tool",
+                [](auto& s) { s.tools = tools_on("l3,l0"); }},
+        Refusal{"three_tools", urdf_robot(urdf_two_arms(1, 3, 3)), "has 3 tools; it must have 1 to 2",
+                [](auto& s) { s.tools = tools_on("left_3,right_3,l1"); }},
+        Refusal{"arms_of_too_many_joints", urdf_robot(urdf_two_arms(1, 8, 8)),
+                "the chain from 'l0' to 'left_8' and 'right_8' has 17 moving joints; an arm has 1 to 16",
+                [](auto& s) { hold_both(s, 8, 8); }},
+        Refusal{"home_of_no_joint", urdf_robot(urdf_serial_arm(2)),
+                "home names joint 'J1', which does not move a tool; did you mean 'j1'?",
+                [](auto& s) { s.home = std::map<std::string, double>{{"J1", 0.0}}; }},
+        Refusal{"joined_joints", urdf_robot(urdf_serial_arm(9)),
+                "robot 'two': the arms have 18 joints together; at most 16 are possible",
+                [](auto& s) { stand_apart(3.0, s); }},
+        Refusal{"one_arm", urdf_robot(urdf_serial_arm(3)), "robot 'two': it must have 2 arms, not 1",
+                [](auto& s) {
+                  stand_apart(1.0, s);
+                  s.arms.pop_back();
+                }},
+        Refusal{"arm_of_two_tools", urdf_robot(urdf_two_arms(1, 3, 3)), "arm 'left' has 2 tools",
+                [](auto& s) {
+                  hold_both(s);
+                  stand_apart(1.0, s);
+                  for (auto& arm : s.arms) arm.bodies.clear();
+                }},
+        Refusal{"arms_collide", urdf_robot(urdf_serial_arm(3)),
+                "bodies 'left_base' and 'right_base' overlap by 250.0 mm; choose other mounts or home",
+                [](auto& s) { stand_apart(0.05, s); }},
+        Refusal{"arm_in_table", urdf_robot(urdf_serial_arm(3)), "bodies 'table' and 'right_hand' overlap by",
+                [](auto& s) {
+                  stand_apart(1.0, s);
+                  s.bodies[0].shape.radius = 5.0;
+                }},
+        Refusal{"table_on_an_arm", urdf_robot(urdf_serial_arm(3)),
+                "body 'table' is on link 'l1'; those next to arms are on link 'world'",
+                [](auto& s) {
+                  stand_apart(1.0, s);
+                  s.bodies[0].link = "l1";
+                }},
+        Refusal{
+            "body_twice", urdf_robot(urdf_serial_arm(2)), "two bodies are called 'a'",
+            [](auto& s) { s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1), ball("a", "l2", Vector3::Zero(), 0.1)}; }},
+        Refusal{"pair_unknown", urdf_robot(urdf_serial_arm(2)), "pair [a, b]: there is no body 'b'",
+                [](auto& s) {
+                  s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1)};
+                  s.pairs = {{{"a", "b"}}};
+                }},
+        Refusal{"pair_on_one_link", urdf_robot(urdf_serial_arm(2)), "both bodies are on one link, 'l0'",
+                [](auto& s) {
+                  s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1), ball("b", "l0", Vector3::UnitX(), 0.1)};
+                  s.pairs = {{{"a", "b"}}};
+                }},
+        Refusal{"home_in_collision", urdf_robot(urdf_serial_arm(3)), "bodies 'a' and 'b' overlap by 50.0 mm",
+                [](auto& s) {
+                  s.home = std::vector<double>{0.0, 0.0, 0.0};
+                  // Both on the axis of the last joint, 0.15 m apart, so only the radii decide.
+                  s.bodies = {ball("a", "l0", Vector3(0.3, 0.0, 0.0), 0.1),
+                              ball("b", "l1", Vector3(0.15, 0.0, 0.0), 0.1)};
+                  s.pairs = {{{"a", "b"}}};
+                }}),
     refusal_name);
 
 }  // namespace

@@ -13,15 +13,26 @@ TEST(ModelCheck, EachWayToBeNoArmIsRefusedWithWhatWouldBeRight) {
   std::mt19937 random(3);
   const RobotModel good = random_arm(6, random);
   ASSERT_TRUE(check(good));
+  ASSERT_TRUE(check(random_tree(random)));
   const struct {
     std::function<void(RobotModel&)> spoil;
     const char* message;
   } cases[] = {
-      {[](RobotModel& m) { m = {}; }, "has 0 joints; it must have 1 to 8"},
-      {[](RobotModel& m) { m.joints.resize(9, m.joints[0]); }, "has 9 joints; it must have 1 to 8"},
+      {[](RobotModel& m) { m = {}; }, "has 0 joints; it must have 1 to 16"},
+      {[](RobotModel& m) { m.joints.resize(17, m.joints[0]); }, "has 17 joints; it must have 1 to 16"},
       {[](RobotModel& m) { m.joints[2].axis.setZero(); }, "the axis of joint 'joint_2' is [0, 0, 0]; it must have"},
       {[](RobotModel& m) { m.joints[1].origin.linear() *= 2.0; }, "the origin of joint 'joint_1' is no rotation"},
-      {[](RobotModel& m) { m.tool.origin.translation().setConstant(std::nan("")); }, "the tool's origin is no"},
+      {[](RobotModel& m) { m.tools[0].origin.translation().setConstant(std::nan("")); },
+       "tool 'tool' has an origin that is no"},
+      {[](RobotModel& m) { m.joints[2].parent = 3; }, "joint 'joint_2' has parent link 3; it must be 0 to 2"},
+      {[](RobotModel& m) { m.joints[2].parent = -2; }, "joint 'joint_2' has parent link -2; it must be 0 to 2"},
+      {[](RobotModel& m) { m.tools.clear(); }, "has 0 tools; it must have 1 to 2"},
+      {[](RobotModel& m) { m.tools.resize(3, m.tools[0]); }, "has 3 tools; it must have 1 to 2"},
+      {[](RobotModel& m) { m.tools.push_back(m.tools[0]); }, "two tools are called 'tool'; each needs another name"},
+      {[](RobotModel& m) { m.tools[0].link = 0; }, "tool 'tool' is on link 0; the links that move are 1 to 6"},
+      {[](RobotModel& m) { m.tools.push_back({"other", m.tools[0].origin, 4}); },
+       "tool 'other' and tool 'tool' are on one chain"},
+      {[](RobotModel& m) { m.tools.push_back({"other", m.tools[0].origin, 6}); }, "are on one chain; each must have"},
       {[](RobotModel& m) { m.link_names.clear(); }, "has 0 link_names; it must have 7"},
       {[](RobotModel& m) { m.home.conservativeResize(3); }, "home must be 6 finite numbers"},
       {[](RobotModel& m) { m.velocity_max[1] = std::nan(""); }, "velocity_max must be 6 finite numbers"},

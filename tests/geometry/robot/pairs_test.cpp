@@ -14,20 +14,53 @@ namespace {
 TEST(DefaultPairs, HoldEveryPairThatARandomConfigurationParts) {
   std::mt19937 random(11);
   for (int arm = 0; arm < 10; ++arm) {
-    RobotModel model = random_arm(3 + arm % 4, random);
+    RobotModel model = arm % 2 == 0 ? random_arm(3 + arm % 4, random) : random_tree(random);
     for (Body& body : model.bodies) body.shape.radius = 0.3;  // many pairs overlap always
     const std::vector<BodyPair> pairs = default_pairs(model);
     const std::set<BodyPair> kept(pairs.begin(), pairs.end());
     ASSERT_EQ(kept.size(), pairs.size());
-    for (const auto& [i, j] : pairs) ASSERT_GT(model.bodies[j].link - model.bodies[i].link, 1);
+    for (const BodyPair& pair : pairs) ASSERT_EQ(std::count(model.pairs.begin(), model.pairs.end(), pair), 1);
 
     Kinematics kinematics(model);
     for (int s = 0; s < 10000; ++s) {
       kinematics.set_position(random_joints(model.dof(), M_PI, random));
-      for (const BodyPair& pair : model.pairs) {  // random_arm's: all but those on one link and on neighbours
+      for (const BodyPair& pair : model.pairs) {  // all but those on one link and on neighbours
         if (center_distance(kinematics, pair) > 0.6) {
           ASSERT_TRUE(kept.contains(pair)) << pair.first << " " << pair.second;
         }
+      }
+    }
+  }
+}
+
+TEST(DefaultPairs, AreThoseThatAreWanted) {
+  std::mt19937 random(13);
+  const RobotModel model = random_tree(1, 3, 2, random);
+  std::vector<BodyPair> pairs = default_pairs(model);
+  std::erase_if(pairs, [](const BodyPair& pair) { return (pair.first + pair.second) % 3 != 0; });
+  EXPECT_EQ(default_pairs(model, [](int i, int j) { return (i + j) % 3 == 0; }), pairs);
+}
+
+TEST(PoseAlong, IsThatOfTheKinematics) {
+  std::mt19937 random(14);
+  for (int tree = 0; tree < 10; ++tree) {
+    RobotModel model = random_tree(random);
+    model.bodies.clear();
+    for (int link = 0; link <= model.dof(); ++link)
+      model.bodies.push_back({"", link, Shape::box(Vector3::Ones()), Eigen::Isometry3d::Identity()});
+    Kinematics kinematics(model);
+    kinematics.set_position(random_joints(model.dof(), M_PI, random));
+    const auto pose = [&](int link) {
+      const auto& [p, R] = kinematics.body(link);
+      return Eigen::Isometry3d(Eigen::Translation3d(p) * Quaternion(R));
+    };
+    for (int first = 0; first <= model.dof(); ++first) {
+      for (int last = 0; last <= model.dof(); ++last) {
+        const auto way = way_between(model, first, last);
+        JointVector q(way.size());
+        for (std::size_t k = 0; k < way.size(); ++k) q[k] = kinematics.q()[way[k].joint];
+        ASSERT_TRUE(pose_along(model, way, q).isApprox(pose(first).inverse() * pose(last), 1e-9));
+        ASSERT_EQ(may_be_pair(model, first, last), first < last && way.size() > 1);
       }
     }
   }

@@ -19,17 +19,30 @@ inline Matrix3 random_rotation(std::mt19937& random) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-/// A random serial arm with joints of both types, two spheres on every link and all pairs of links that are not
-/// neighbours.
+inline Eigen::Isometry3d random_frame(std::mt19937& random) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = random_rotation(random);
+  T.translation() = 0.4 * random_vector(random);
+  return T;
+}
+
+/// All pairs of bodies with two joints or more between their links.
+inline std::vector<BodyPair> all_pairs(const RobotModel& model) {
+  std::vector<BodyPair> pairs;
+  const int count = static_cast<int>(model.bodies.size());
+  for (int i = 0; i < count; ++i) {
+    for (int j = i + 1; j < count; ++j) {
+      if (way_between(model, model.bodies[i].link, model.bodies[j].link).size() > 1) pairs.emplace_back(i, j);
+    }
+  }
+  return pairs;
+}
+
+/// A random serial arm with joints of both types, two spheres on every link, and all_pairs.
 inline RobotModel random_arm(int dof, std::mt19937& random, bool prismatic = true) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto vector = [&] { return random_vector(random); };
-  const auto frame = [&] {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.linear() = random_rotation(random);
-    T.translation() = 0.4 * vector();
-    return T;
-  };
+  const auto frame = [&] { return random_frame(random); };
   RobotModel model;
   model.name = "random";
   for (int k = 0; k < dof; ++k) {
@@ -37,7 +50,7 @@ inline RobotModel random_arm(int dof, std::mt19937& random, bool prismatic = tru
     model.joints.push_back({"joint_" + std::to_string(k), type, frame(), vector().normalized()});
   }
   model.link_names.resize(dof + 1);
-  model.tool = {"tool", frame()};
+  model.tools = {{"tool", frame(), dof}};
   model.home = JointVector::Zero(dof);
   model.position_min = JointVector::Constant(dof, -M_PI);
   model.position_max = JointVector::Constant(dof, M_PI);
@@ -47,13 +60,25 @@ inline RobotModel random_arm(int dof, std::mt19937& random, bool prismatic = tru
     for (int i = 0; i < 2; ++i)
       model.bodies.push_back(Body::sphere("s" + std::to_string(2 * link + i), link, 0.2 * vector(), 0.05));
   }
-  const int count = static_cast<int>(model.bodies.size());
-  for (int i = 0; i < count; ++i) {
-    for (int j = i + 1; j < count; ++j) {
-      if (model.bodies[j].link - model.bodies[i].link > 1) model.pairs.emplace_back(i, j);
-    }
-  }
+  model.pairs = all_pairs(model);
   return model;
+}
+
+/// Two random arms, as random_arm: `shared` joints move both, behind them each arm has its own.
+inline RobotModel random_tree(int shared, int left, int right, std::mt19937& random, bool prismatic = true) {
+  const int dof = shared + left + right;
+  RobotModel model = random_arm(dof, random, prismatic);
+  model.joints[shared + left].parent = shared;
+  model.tools = {{"left", random_frame(random), shared + left}, {"right", random_frame(random), dof}};
+  model.pairs = all_pairs(model);
+  return model;
+}
+
+/// One of 0 to 2 shared joints, and 2 to 5 of each arm.
+inline RobotModel random_tree(std::mt19937& random, bool prismatic = true) {
+  const auto below = [&](unsigned end) { return static_cast<int>(random() % end); };
+  const int shared = below(3), left = 2 + below(4), right = 2 + below(4);
+  return random_tree(shared, left, right, random, prismatic);
 }
 
 inline JointVector random_joints(int dof, double bound, std::mt19937& random) {

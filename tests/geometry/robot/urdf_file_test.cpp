@@ -48,7 +48,7 @@ TEST_P(ReadLink, KeepsItsSolidsWhateverStandsBeforeThem) {
   EXPECT_EQ(unread[0].where, file.string() + ":4");
   EXPECT_FALSE(unread[0].reason.empty());
 
-  const auto chain = read_urdf_chain(file, "");
+  const auto chain = read_urdf_chain(file, {});
   ASSERT_TRUE(chain) << chain.error().message;
   ASSERT_EQ(chain->notes.size(), 1u);
   EXPECT_NE(chain->notes[0].find("<" + unread[0].element + "> of link 'l1'"), std::string::npos) << chain->notes[0];

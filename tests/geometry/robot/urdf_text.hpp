@@ -35,4 +35,18 @@ inline std::string urdf_serial_arm(int dof) {
   return content;
 }
 
+/// Links l0..lSHARED as urdf_serial_arm, and behind the last of them links left_1.. and right_1.. of two arms.
+inline std::string urdf_two_arms(int shared, int left, int right, const std::string& content = "") {
+  std::string text = urdf_serial_arm(shared);
+  for (const auto& [side, dof] : {std::pair("left", left), std::pair("right", right)}) {
+    std::string parent = fmt::format("l{}", shared);
+    for (int k = 1; k <= dof; ++k) {
+      const std::string link = fmt::format("{}_{}", side, k);
+      text += urdf_link(link, content) + urdf_joint("j_" + link, "revolute", parent, link);
+      parent = link;
+    }
+  }
+  return text;
+}
+
 }  // namespace steadyhand

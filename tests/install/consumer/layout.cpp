@@ -16,7 +16,7 @@ int main() {
   SHOW(OperatorSample);
   SHOW(Target);
   SHOW(Reference);
-  SHOW_MEMBER(Reference, R);
+  SHOW_MEMBER(Reference, tools);
   SHOW(Plan);
   SHOW_MEMBER(Plan, x);
   SHOW_MEMBER(Plan, u);

@@ -18,7 +18,6 @@ struct Slow final : Objective {
   Slow() : Objective({.name = "slow", .label = "Slow", .unit = "s/rad^2"}) {}
   using Objective::add_gradient, Objective::add_hessian, Objective::value;
   Nodes nodes() const override { return Nodes::kStates; }
-  int weight_count(int) const override { return 1; }
   double value(const Node& node, const JointVector& weight) const override { return weight[0] * node.dq.squaredNorm(); }
   void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
     for (int i = 0; i < node.arm.dof(); ++i) gradient[node.arm.dof() + i] += 2.0 * weight[0] * node.dq[i];
@@ -43,7 +42,6 @@ void add_height_hessian(const NodeOf<S>& node, const S& scale, NodeHessianOf<S>&
 struct Drawn final : ObjectiveFor<Drawn> {
   Drawn() : ObjectiveFor({.name = "drawn", .label = "Drawn", .unit = "1/(m^2 s)"}) {}
   Nodes nodes() const override { return Nodes::kStates; }
-  int weight_count(int) const override { return 1; }
   template <typename S>
   S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {
     const S d = node.arm.p().z() - kDrawn;

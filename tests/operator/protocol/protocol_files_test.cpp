@@ -83,8 +83,8 @@ OperatorView example_view() {
   s.path[0].p = s.X_base_tool.p;
   s.path[1].p = s.target.X_base_tool.p;
   s.prediction.nodes = 1;
-  s.prediction.p[0] = {0.5, 0.25, 0.5};
-  s.prediction.spread[0] = {0.03125, 0.015625};
+  s.prediction.tools[0].p[0] = {0.5, 0.25, 0.5};
+  s.prediction.tools[0].spread[0] = {0.03125, 0.015625};
   s.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true, 0.125, -0.25, 1.5};
   s.solve_us = {2000, 4000, 5000, 6000};
   s.latency_us = {12000, 21000, 22000, 23000};

@@ -19,8 +19,8 @@ TEST(AccelerationStep, WeighsTheFirstAccelerationAgainstWhatIsFollowed) {
   instance.x0 = StateVector::Zero(2 * n);
   instance.reference.nodes = 3;
   for (int k = 0; k < 3; ++k) {
-    instance.reference.p[k].setZero();
-    instance.reference.R[k].setIdentity();
+    instance.reference.tools[0].p[k].setZero();
+    instance.reference.tools[0].R[k].setIdentity();
   }
   instance.weights = *ocp.weights(settings.weights);
   Evaluation evaluation(ocp);

@@ -25,7 +25,7 @@ struct Configurations {
         clearance(seed % 3 == 0 ? kMostClearance : 0.0) {}
 
   static RobotModel varied(unsigned seed, std::mt19937& random) {
-    RobotModel model = random_arm(1 + static_cast<int>(seed % 8), random);
+    RobotModel model = seed % 5 == 0 ? random_tree(random) : random_arm(1 + static_cast<int>(seed % 8), random);
     if (seed % 2 == 0) vary_bodies(model, random);
     return model;
   }
@@ -40,7 +40,7 @@ struct Configurations {
     }
     arm.set_position(all);
     dq = u = JointVectorOf<Lanes>::Zero(n);
-    return {{arm, dq, u, p, R, time, near, nullptr, nullptr, nullptr, clearance}, one};
+    return {{arm, dq, u, reference.data(), time, near, nullptr, nullptr, nullptr, clearance}, one};
   }
 
   std::mt19937 random;
@@ -50,8 +50,7 @@ struct Configurations {
   Kinematics one;
   double clearance;
   JointVectorOf<Lanes> dq, u;
-  Vector3Of<Lanes> p = Vector3Of<Lanes>::Zero();
-  Matrix3Of<Lanes> R = Matrix3Of<Lanes>::Identity();
+  std::array<ReferencePoseOf<Lanes>, kMaxTools> reference;
   Lanes time = 0.0;
   NearObstacles near;
 };

@@ -112,9 +112,9 @@ struct SloshProblem {
     instance.weights = *ocp.weights({});
     instance.x0 = StateVector::Zero(12);
     instance.reference.nodes = ocp.horizon();
-    instance.reference.p.fill(Vector3::Zero());
-    instance.reference.R.fill(Matrix3::Identity());
-    instance.liquid.model = slosh_model();
+    instance.reference.tools[0].p.fill(Vector3::Zero());
+    instance.reference.tools[0].R.fill(Matrix3::Identity());
+    instance.liquid[0].model = slosh_model();
     evaluation.set_instance(instance);
   }
   static OcpSettings settings() {
@@ -190,7 +190,7 @@ TEST(Slosh, MiddlesOfIntervalsTellTheWave) {
       };
     };
     SloshState state = slosh_model().at_rest(force_in(0)(0.0));
-    problem.instance.liquid.state = state;
+    problem.instance.liquid[0].state = state;
     problem.evaluation.set_trajectory(trajectory);
     for (int k = 0; k < 8; ++k) {
       state = integrate(state, force_in(k), kSloshInterval);

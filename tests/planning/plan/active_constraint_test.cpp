@@ -19,7 +19,7 @@ struct Standing : testing::Test {
       plan.x[k].setZero(12);
       plan.x[k].head(6) = model.home;
       plan.u[k].setZero(6);
-      reference.p[k] = arm.p();
+      reference.tools[0].p[k] = arm.p();
     }
     reference.nodes = 8;
     reach = {Vector3::Zero(), arm.p().norm() + 0.1};
@@ -70,7 +70,7 @@ TEST_F(Standing, APairAtItsClearanceIsTouched) {
 }
 
 TEST_F(Standing, AReferenceThatWasClippedIsTheReach) {
-  reference.p[5] *= reach.radius / reference.p[5].norm();
+  reference.tools[0].p[5] *= reach.radius / reference.tools[0].p[5].norm();
   EXPECT_EQ(active().kind, ConstraintKind::kReach);
 }
 

@@ -21,7 +21,7 @@ TEST(Planner, StaysAtRestWhateverTheWeightsLeaveFree) {
   for (const unsigned seed : {3u, 4u}) {
     Loop loop(seed);
     loop.arm.set_position(loop.model.home);
-    loop.model.tool.origin.linear() *= loop.arm.R().transpose();  // upright, where `lateral` and `vertical` want it
+    loop.model.tools[0].origin.linear() *= loop.arm.R().transpose();  // upright, where `lateral` and `vertical` want it
     loop.arm = Kinematics(loop.model);
     loop.direction.setZero();
     for (const Weights& weights : cases) {

@@ -180,8 +180,8 @@ struct CarryingLoop : Loop {
     arm.set_position(model.home);
     for (int k = 1; k <= r.nodes; ++k) {
       const double s = std::sin(speed * (to_seconds(start) + k * r.dt));
-      r.p[k - 1] = arm.p() + Vector3(way * s * s, 0.0, 0.0);
-      r.R[k - 1] = Eigen::AngleAxisd(0.5 * s, Vector3::UnitZ()) * arm.R();
+      r.tools[0].p[k - 1] = arm.p() + Vector3(way * s * s, 0.0, 0.0);
+      r.tools[0].R[k - 1] = Eigen::AngleAxisd(0.5 * s, Vector3::UnitZ()) * arm.R();
     }
     return r;
   }
@@ -227,7 +227,7 @@ TEST(CarryingPlanner, WhereEveryStopSpillsTheLowestOneIsTaken) {
       const Time now = from_seconds(0.05 * i);
       const Plan plan = loop.planner->update(loop.along(now, 0.4, 6.0));
       if (plan.start < now) continue;
-      const SloshState liquid = loop.planner->instance().liquid.state;
+      const SloshState liquid = loop.planner->instance().liquid[0].state;
       const double taken = witness.highest(plan, liquid, now);
       EXPECT_NEAR(loop.planner->highest_wave(), taken, 1e-9) << seed << " " << i;
       if (taken <= GlassSettings{}.freeboard()) continue;
@@ -256,19 +256,20 @@ TEST(CarryingPlanner, WhatIsFarAwayPullsNoHarderThanAWaveCosts) {
   const Vector3 tool = loop.arm.p();
   Reference near = loop.along(Time(0), 0.0, 1.0), far = near;
   for (int k = 0; k < near.nodes; ++k) {
-    near.p[k] = tool + Vector3(0.9 * most, 0.0, 0.0);
-    far.p[k] = tool + Vector3(0.0, 6.0 * most, 8.0 * most);
+    near.tools[0].p[k] = tool + Vector3(0.9 * most, 0.0, 0.0);
+    far.tools[0].p[k] = tool + Vector3(0.0, 6.0 * most, 8.0 * most);
   }
   (void)loop.planner->update(near);
-  EXPECT_EQ(loop.planner->instance().reference.p[0], near.p[0]);
+  EXPECT_EQ(loop.planner->instance().reference.tools[0].p[0], near.tools[0].p[0]);
   loop.planner->reset(loop.model.home, Time(0));
   (void)loop.planner->update(far);
   for (int k = 0; k < far.nodes; ++k)
-    EXPECT_LT((loop.planner->instance().reference.p[k] - tool - Vector3(0.0, 0.6 * most, 0.8 * most)).norm(), 1e-12);
+    EXPECT_LT((loop.planner->instance().reference.tools[0].p[k] - tool - Vector3(0.0, 0.6 * most, 0.8 * most)).norm(),
+              1e-12);
   loop.planner->reset(loop.model.home, Time(0));
   loop.planner->set_no_spill(false);
   (void)loop.planner->update(far);
-  EXPECT_EQ(loop.planner->instance().reference.p[0], far.p[0]);
+  EXPECT_EQ(loop.planner->instance().reference.tools[0].p[0], far.tools[0].p[0]);
 }
 
 TEST(CarryingPlanner, AllocatesNothing) {
@@ -294,21 +295,21 @@ TEST(CarryingPlanner, StartsFromTheLiquidThatItIsGiven) {
   loop.planner->continue_from(followed);
   loop.planner->set_liquid(given, known);
   (void)loop.planner->update(loop.along(start, 0.3, 5.0));
-  EXPECT_TRUE(loop.planner->instance().liquid.state.isApprox(estimate.at(followed, given, known, start)));
+  EXPECT_TRUE(loop.planner->instance().liquid[0].state.isApprox(estimate.at(followed, given, known, start)));
 }
 
 TEST(CarryingPlanner, TakesAnotherGlassAndRefusesNone) {
   CarryingLoop loop(3);
   EXPECT_TRUE(loop.planner->set_glass({0.04, 0.1, 0.05, 1e-6}));
-  EXPECT_NEAR(loop.planner->instance().liquid.room, 0.05 - LiquidSettings{}.margin, 1e-12);
+  EXPECT_NEAR(loop.planner->instance().liquid[0].room, 0.05 - LiquidSettings{}.margin, 1e-12);
   EXPECT_TRUE(loop.planner->set_glass({0.035, 0.1, 0.098, 1e-6}));  // nearly to the rim
-  EXPECT_GT(loop.planner->instance().liquid.room, 0.0);
-  const double room = loop.planner->instance().liquid.room;
+  EXPECT_GT(loop.planner->instance().liquid[0].room, 0.0);
+  const double room = loop.planner->instance().liquid[0].room;
   for (const GlassSettings& glass : {GlassSettings{0.035, 0.1, 0.1, 1e-6}, GlassSettings{0.0, 0.1, 0.05, 1e-6},
                                      GlassSettings{0.035, 0.1, 0.05, -1.0}}) {
     EXPECT_FALSE(loop.planner->set_glass(glass));
   }
-  EXPECT_EQ(loop.planner->instance().liquid.room, room);
+  EXPECT_EQ(loop.planner->instance().liquid[0].room, room);
   Loop dry(3);
   EXPECT_FALSE(dry.planner->set_glass({}));
   dry.planner->set_no_spill(true);

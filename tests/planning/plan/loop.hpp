@@ -29,8 +29,8 @@ struct Loop {
     r.nodes = settings.horizon;
     for (int k = 1; k <= r.nodes; ++k) {
       arm.set_position(model.home + std::sin(2.0 * (to_seconds(start) + k * r.dt)) * direction);
-      r.p[k - 1] = arm.p();
-      r.R[k - 1] = arm.R();
+      r.tools[0].p[k - 1] = arm.p();
+      r.tools[0].R[k - 1] = arm.R();
     }
     return r;
   }

@@ -332,7 +332,7 @@ TEST(Obstacles, NothingNearIsLeftOut) {
     std::vector<JointVector> way;
     for (int k = 0; k < 3; ++k) way.push_back(random_joints(6, 3.0, random));
     for (const JointVector& q : way) arm.set_position(q), sweep.pass(arm);
-    sweep.find(1.0, 0.05, LinkLengths::Zero());
+    sweep.find(1.0, 0.05, LinkLengths::Zero(model.dof() + 1));
     std::vector<std::vector<char>> kept(model.bodies.size(), std::vector<char>(obstacles.count, 0));
     sweep.for_each_near([&](int body, int o) { kept[body][o] = 1; });
     for (int k = 0; k < 3; ++k) {
@@ -414,7 +414,7 @@ TEST(Obstacles, ABoxThatLiesFlatOnAnotherHasItsCornersOnly) {
     Loop loop(3, 0.2, kUsualObstacleRows);
     loop.model.pairs.clear();
     loop.model.bodies = {{"tray", 6, Shape::box({0.06, 0.06, 0.02})}};
-    loop.model.bodies[0].origin = loop.model.tool.origin;
+    loop.model.bodies[0].origin = loop.model.tool().origin;
     loop.arm = Kinematics(loop.model);
     loop.planner = std::move(*Planner::make(loop.model, loop.settings, {}));
     loop.planner->reset(loop.model.home, Time(0));
@@ -428,8 +428,8 @@ TEST(Obstacles, ABoxThatLiesFlatOnAnotherHasItsCornersOnly) {
     for (int i = 0; i < 100; ++i) {
       Reference into = loop.reference(from_seconds(0.02 * i));
       for (int k = 0; k < into.nodes; ++k) {
-        into.p[k] = beside(0.01 * std::sin(0.2 * i), -0.1);
-        into.R[k] = tray.R;
+        into.tools[0].p[k] = beside(0.01 * std::sin(0.2 * i), -0.1);
+        into.tools[0].R[k] = tray.R;
       }
       (void)loop.planner->update(into);
       solved += loop.planner->plan().origin == PlanOrigin::kSolved;

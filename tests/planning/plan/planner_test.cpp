@@ -113,7 +113,7 @@ TEST(Planner, KeepsTheLastPlanWhenSolvingFails) {
   ASSERT_EQ(good.origin, PlanOrigin::kSolved);
 
   Reference bad = loop.reference(from_seconds(0.5));
-  bad.p[3].x() = std::numeric_limits<double>::quiet_NaN();
+  bad.tools[0].p[3].x() = std::numeric_limits<double>::quiet_NaN();
   const Plan& kept = loop.planner->update(bad);
   EXPECT_EQ(kept.origin, PlanOrigin::kPrevious);
   EXPECT_EQ(kept.start, good.start);
@@ -216,7 +216,6 @@ TEST(Planner, RefusesBadSettings) {
 struct WithoutValue final : Objective {
   WithoutValue() : Objective({.name = "without_value", .label = "Without value", .unit = "1"}) {}
   Nodes nodes() const override { return Nodes::kStates; }
-  int weight_count(int) const override { return 1; }
   double value(const Node&, const JointVector&) const override { return std::numeric_limits<double>::quiet_NaN(); }
   void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
     gradient[0] += 2.0 * weight[0] * node.arm.q()[0];
@@ -509,7 +508,7 @@ TEST(PlanCheck, SeesWhatFliesPastBetweenTwoLooks) {
   model.name = "one joint";
   model.joints = {Joint{"turn", JointType::kRevolute, Eigen::Isometry3d::Identity(), Vector3::UnitZ()}};
   model.link_names = {"base", "arm"};
-  model.tool.origin = Eigen::Translation3d(1.0, 0.0, 0.0);
+  model.tools = {{"tool", Eigen::Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), 1}};
   model.home = JointVector::Zero(1);
   model.velocity_max = JointVector::Constant(1, 4.0);
   model.acceleration_max = JointVector::Constant(1, 40.0);

@@ -79,8 +79,8 @@ TEST(Predictor, ExactOnConstantMotion) {
     ASSERT_EQ(reference.nodes, 8);
     for (int k = 0; k < 8; ++k) {
       const Target expected = motion.at(to_seconds(start) + (k + 1) * 0.05);
-      EXPECT_LT((reference.p[k] - expected.X_base_tool.p).norm(), 1e-6);
-      EXPECT_LT((reference.R[k] - expected.X_base_tool.q.toRotationMatrix()).norm(), 1e-5);
+      EXPECT_LT((reference.tools[0].p[k] - expected.X_base_tool.p).norm(), 1e-6);
+      EXPECT_LT((reference.tools[0].R[k] - expected.X_base_tool.q.toRotationMatrix()).norm(), 1e-5);
     }
   }
 }
@@ -164,9 +164,9 @@ TEST(Predictor, HoldsItsInvariants) {
     predictor.update(target);
     const Reference reference = predictor.predict(from_seconds(t + random.uniform(-0.1, 0.4)));
     for (int k = 0; k < reference.nodes; ++k) {
-      ASSERT_LT(reference.p[k].norm(), settings.reach + 1e-12);  // false for NaN
-      ASSERT_LT((reference.R[k] * reference.R[k].transpose() - Matrix3::Identity()).norm(), 1e-12);
-      ASSERT_GT(reference.R[k].determinant(), 0.0);
+      ASSERT_LT(reference.tools[0].p[k].norm(), settings.reach + 1e-12);  // false for NaN
+      ASSERT_LT((reference.tools[0].R[k] * reference.tools[0].R[k].transpose() - Matrix3::Identity()).norm(), 1e-12);
+      ASSERT_GT(reference.tools[0].R[k].determinant(), 0.0);
     }
   }
 }
@@ -176,9 +176,9 @@ TEST(Predictor, ALostHandRestsWhereItWasSeenLast) {
   const Motion motion = random.motion();
   Predictor predictor({});
   for (int i = 0; i <= 20; ++i) predictor.update(motion.at(0.01 * i));
-  EXPECT_LT((predictor.predict(from_seconds(0.44)).p[7] - motion.at(0.84).X_base_tool.p).norm(), 1e-6);
+  EXPECT_LT((predictor.predict(from_seconds(0.44)).tools[0].p[7] - motion.at(0.84).X_base_tool.p).norm(), 1e-6);
   const Reference lost = predictor.predict(from_seconds(0.46));
-  for (int k = 0; k < 8; ++k) EXPECT_EQ(lost.p[k], motion.at(0.2).X_base_tool.p);
+  for (int k = 0; k < 8; ++k) EXPECT_EQ(lost.tools[0].p[k], motion.at(0.2).X_base_tool.p);
 }
 
 TEST(Predictor, AClockThatWasSetBackStartsAnew) {
@@ -203,7 +203,7 @@ TEST(Predictor, ClipsToTheReach) {
     const Reference reference = predictor.predict(from_seconds(0.1));
     for (int k = 0; k < 8; ++k) {
       const Vector3 free = motion.at(0.1 + (k + 1) * 0.05).X_base_tool.p - settings.reach_center;
-      const Vector3 clipped = reference.p[k] - settings.reach_center;
+      const Vector3 clipped = reference.tools[0].p[k] - settings.reach_center;
       EXPECT_LE(clipped.norm(), settings.reach + 1e-12);
       EXPECT_LT((clipped - free * std::min(1.0, settings.reach / free.norm())).norm(), 1e-6);
     }
@@ -256,7 +256,7 @@ TEST(Predictor, NothingBeforeTheFirstTargetAndRestAfterIt) {
   const Motion motion = random.motion();
   predictor.update(motion.at(0.0));
   const Reference reference = predictor.predict(from_seconds(1.0));
-  for (int k = 0; k < 8; ++k) EXPECT_LT((reference.p[k] - motion.p).norm(), 1e-12);
+  for (int k = 0; k < 8; ++k) EXPECT_LT((reference.tools[0].p[k] - motion.p).norm(), 1e-12);
 }
 
 TEST(Predictor, PredictsNoFurtherThanAReferenceHolds) {
@@ -362,10 +362,11 @@ TEST(DecayingPrediction, KnowsHowFarOffItMayBe) {
   EXPECT_GT(fast.along, 3.0 * slow.along);
   EXPECT_GT(fast.across, 1.5 * slow.across);
   const Reference reference = predictor.predict(predictor.newest().stamp.hand);
-  EXPECT_EQ(reference.spread[3].along, fast.along);
-  EXPECT_EQ(predictor.predict(predictor.newest().stamp.hand + from_seconds(1.0)).spread[0].along, 0.0);  // lost
+  EXPECT_EQ(reference.tools[0].spread[3].along, fast.along);
+  EXPECT_EQ(predictor.predict(predictor.newest().stamp.hand + from_seconds(1.0)).tools[0].spread[0].along,
+            0.0);  // lost
   predictor.set_model(Prediction::kConstantVelocity);
-  EXPECT_EQ(predictor.predict(predictor.newest().stamp.hand).spread[3].along, 0.0);
+  EXPECT_EQ(predictor.predict(predictor.newest().stamp.hand).tools[0].spread[3].along, 0.0);
 }
 
 TEST(DecayingPrediction, ComesToRest) {

@@ -22,9 +22,10 @@ Pose home_glass() {
 
   RobotSettings settings;
   settings.urdf = ur5e_urdf();
-  settings.tool_link = file["tool"]["link"].as<std::string>();
-  settings.tool_origin = Eigen::Translation3d(xyz[0], xyz[1], xyz[2]) * Eigen::AngleAxisd(rpy[2], Vector3::UnitZ()) *
-                         Eigen::AngleAxisd(rpy[1], Vector3::UnitY()) * Eigen::AngleAxisd(rpy[0], Vector3::UnitX());
+  settings.tools[0].link = file["tool"]["link"].as<std::string>();
+  settings.tools[0].origin = Eigen::Translation3d(xyz[0], xyz[1], xyz[2]) *
+                             Eigen::AngleAxisd(rpy[2], Vector3::UnitZ()) * Eigen::AngleAxisd(rpy[1], Vector3::UnitY()) *
+                             Eigen::AngleAxisd(rpy[0], Vector3::UnitX());
   settings.home = numbers(file["home"]);
   const auto model = load_robot(settings);
   EXPECT_TRUE(model) << model.error().message;

@@ -110,7 +110,6 @@ class Plain final : public Objective {
  public:
   explicit Plain(const Objective& term) : Objective({.name = "plain", .label = "Plain", .unit = "1"}), term_(term) {}
   Nodes nodes() const override { return term_.nodes(); }
-  int weight_count(int dof) const override { return term_.weight_count(dof); }
   double value(const Node& node, const JointVector& weight) const override { return term_.value(node, weight); }
   void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
     term_.add_gradient(node, weight, gradient);
@@ -138,14 +137,13 @@ TEST(Batches, TermsThatKnowSingleNodesWork) {
   }
   arm.set_position(q);
   arm.set_motion(dq, u);
-  const Vector3Of<Lanes> p_ref(0.1, 0.2, 0.3);
-  const Matrix3Of<Lanes> R_ref = Matrix3Of<Lanes>::Identity();
+  const ReferencePoseOf<Lanes> reference{Vector3Of<Lanes>(0.1, 0.2, 0.3)};
   const Lanes time = 0.0;
   const NearObstacles near;
-  const NodeBatch nodes{{arm, dq, u, p_ref, R_ref, time, near}, scratch};
+  const NodeBatch nodes{{arm, dq, u, &reference, time, near}, scratch};
   for (const auto& term : default_objectives()) {
     const Plain plain(*term);
-    Objective::BatchWeight weight(term->weight_count(kDof));
+    Objective::BatchWeight weight(term->weight_count(model));
     for (int i = 0; i < weight.size(); ++i) weight[i] = 0.5 + i;
     NodeGradientOf<Lanes> g = NodeGradientOf<Lanes>::Zero(3 * kDof), g_plain = g;
     NodeHessianOf<Lanes> H = NodeHessianOf<Lanes>::Zero(3 * kDof, 3 * kDof), H_plain = H;

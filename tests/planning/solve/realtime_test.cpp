@@ -26,19 +26,19 @@ extern "C" void* malloc(std::size_t size) {
 namespace steadyhand {
 namespace {
 
-using realtime::NewtonSystem;
 using realtime::NodeTable;
+using realtime::Riccati;
 
 constexpr double kTolerance = 1e-6;
 
 /// Random quadratic models of all nodes, and the same problem as one dense system in the accelerations.
 struct RandomQuadratic {
-  RandomQuadratic(int dof, int slosh_states, int horizon, bool convex, std::mt19937& random)
-      : n(dof), s(slosh_states), N(horizon) {
+  RandomQuadratic(int dof, int liquids, int horizon, bool convex, std::mt19937& random)
+      : n(dof), s(liquids * kSloshStates), N(horizon), steps(liquids) {
     std::normal_distribution<double> normal;
     const int size = 3 * n + s;
-    for (int k = 0; s > 0 && k < N; ++k) {
-      SloshStep& step = steps.emplace_back();
+    for (int i = 0; i < liquids * N; ++i) {
+      SloshStep& step = steps[i / N].emplace_back();
       for (double& number : step.transition.value) number = 0.5 * normal(random);
       step.by_force = step.by_force.NullaryExpr([&] { return 0.5 * normal(random); });
       step.by_motion = Eigen::MatrixXd::NullaryExpr(3, 3 * n, [&] { return 0.5 * normal(random); });
@@ -64,21 +64,26 @@ struct RandomQuadratic {
       result.block(n, n * j, n, n).diagonal().setConstant(dt * dt * (k - j - 0.5));
       result.block(2 * n, n * j, n, n).diagonal().setConstant(dt);
     }
-    if (s > 0 && k > 0) {
-      const SloshStep& step = steps[k - 1];
+    for (std::size_t t = 0; t < steps.size() && k > 0; ++t) {
+      const SloshStep& step = steps[t][k - 1];
+      const int begin = slosh_begin(n, static_cast<int>(t));
       const Eigen::MatrixXd before = map(k - 1);
       Eigen::MatrixXd arm(3 * n, n * N);  // [dq; ddq; du]
       arm << before.middleRows(n, 2 * n), before.topRows(n);
-      for (int j = 0; j < s; ++j) {
-        result.row(3 * n + j) = step.pull_back(SloshState::Unit(j)).transpose() * before.bottomRows(s);
+      for (int j = 0; j < kSloshStates; ++j) {
+        result.row(begin + j) =
+            step.pull_back(SloshState::Unit(j)).transpose() * before.middleRows(begin, kSloshStates);
       }
-      result.bottomRows(s) += step.by_force * step.by_motion * arm;
+      result.middleRows(begin, kSloshStates) += step.by_force * step.by_motion * arm;
     }
     return result;
   }
 
-  void fill(NewtonSystem& system) const {
-    if (s > 0) system.use_slosh(steps.data());
+  Riccati riccati() const { return {{0, n, 0, std::max(1, s / kSloshStates)}, n, s > 0, N, dt}; }
+  void fill(Riccati& system) const {
+    Riccati::Steps sources{};
+    for (std::size_t t = 0; t < steps.size(); ++t) sources[t] = steps[t].data();
+    system.use_slosh(sources);
     for (int k = 0; k <= N; ++k) {
       for (int i = 0; i < 3 * n + s; ++i) {
         for (int j = 0; j < 3 * n + s; ++j) system.row(k, i)[j] = models[k](i, j);
@@ -89,20 +94,21 @@ struct RandomQuadratic {
 
   static constexpr double dt = 0.05;
   int n, s, N;
-  std::vector<SloshStep> steps;
+  std::vector<std::vector<SloshStep>> steps;  ///< by liquid and interval
   std::vector<Eigen::MatrixXd> models;
   std::vector<Eigen::VectorXd> gradients;
   Eigen::MatrixXd dense;
   Eigen::VectorXd gradient;
 };
 
-TEST(NewtonSystem, AgreesWithTheDenseSystem) {
+TEST(Riccati, AgreesWithTheDenseSystem) {
   std::mt19937 random(1);
   for (int n = 1; n <= kMaxJoints; ++n) {
-    for (const auto& [N, s] :
-         {std::pair(1, 0), {2, 0}, {3, 0}, {7, 0}, {12, 0}, {1, kSloshStates}, {2, kSloshStates}, {5, kSloshStates}}) {
-      const RandomQuadratic quadratic(n, s, N, true, random);
-      NewtonSystem system(n, s, N, quadratic.dt);
+    for (const auto& [N, liquids] :
+         {std::pair(1, 0), {2, 0}, {3, 0}, {7, 0}, {12, 0}, {1, 1}, {2, 1}, {5, 1}, {1, 2}, {2, 2}, {4, 2}}) {
+      const RandomQuadratic quadratic(n, liquids, N, true, random);
+      const int s = quadratic.s;
+      Riccati system = quadratic.riccati();
       quadratic.fill(system);
       ASSERT_TRUE(system.factorise(0.0));
       NodeTable step(3 * n + s, {N});
@@ -123,11 +129,11 @@ TEST(NewtonSystem, AgreesWithTheDenseSystem) {
   }
 }
 
-TEST(NewtonSystem, RefusesAnIndefiniteHessian) {
+TEST(Riccati, RefusesAnIndefiniteHessian) {
   std::mt19937 random(2);
   for (int n = 1; n <= kMaxJoints; ++n) {
     const RandomQuadratic quadratic(n, 0, 4, false, random);
-    NewtonSystem system(n, 0, 4, quadratic.dt);
+    Riccati system = quadratic.riccati();
     quadratic.fill(system);
     EXPECT_FALSE(system.factorise(0.0));
   }

@@ -13,8 +13,9 @@ class EverySolver : public testing::TestWithParam<std::string> {};
 
 TEST_P(EverySolver, ReachesKktPoints) {
   int solved = 0, problems = 0, active = 0;
-  for (unsigned seed = 1; seed <= 24; ++seed) {
-    RandomProblem problem(1 + static_cast<int>(seed % 8), seed);
+  for (unsigned seed = 1; seed <= 36; ++seed) {
+    const int n = static_cast<int>(seed % 8);
+    RandomProblem problem = seed <= 24 ? RandomProblem(1 + n, seed) : RandomProblem(n % 3, 2 + n / 2, 5, seed);
     auto solver = *make_solver(GetParam(), problem.ocp, kSolveTolerance);
     for (int trial = 0; trial < 10; ++trial, ++problems) {
       problem.draw(0.3);
@@ -77,7 +78,7 @@ TEST_P(EverySolver, EndsWhereTheLiquidFallsOut) {
     auto solver = *make_solver(GetParam(), problem.ocp, kSolveTolerance);
     for (int trial = 0; trial < 6; ++trial) {
       problem.draw(0.3, -1.0);
-      problem.instance.liquid.state *= trial % 2 == 0 ? 1.0 : 100.0;
+      problem.instance.liquid[0].state *= trial % 2 == 0 ? 1.0 : 100.0;
       solver->solve(problem.instance, problem.guess, nullptr, {}, problem.solution);
       EXPECT_GE(problem.solution.iterations, 0);
     }
@@ -88,11 +89,12 @@ TEST_P(EverySolver, EndsWhereTheLiquidFallsOut) {
 /// as usual.
 TEST_P(EverySolver, ReachesKktPointsWithALiquid) {
   int solved = 0, problems = 0, active = 0, outside = 0;
-  for (unsigned seed = 1; seed <= 8; ++seed) {
-    RandomProblem problem(3 + static_cast<int>(seed % 6), seed, 8, true);
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const int n = static_cast<int>(seed % 6);
+    RandomProblem problem = seed <= 8 ? RandomProblem(3 + n, seed, 8, true) : RandomProblem(n % 2, 3, 5, seed, 8, true);
     auto solver = *make_solver(GetParam(), problem.ocp, kSolveTolerance);
     for (int trial = 0; trial < 10; ++trial, ++problems) {
-      problem.draw(0.3);
+      problem.draw(0.3, problem.model.tool_count() > 1 ? 0.5 : 0.8);
       solver->solve(problem.instance, problem.guess, nullptr, {}, problem.solution);
       if (problem.solution.status != SolveStatus::kSolved) continue;
       ++solved;

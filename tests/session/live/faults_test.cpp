@@ -269,7 +269,7 @@ TEST_F(Faults, ASolverThatFailsLeavesTheArmAtRestAndRecovers) {
   OperatorSettings bad;
   bad.objectives = static_cast<int>(session.planning().ocp().objectives().size());
   for (int i = 0; i < bad.objectives; ++i) {
-    const int count = session.planning().ocp().objectives()[i]->weight_count(6);
+    const int count = session.planning().ocp().objectives()[i]->weight_count(session.planning().ocp().model());
     bad.weights[i] = JointVector::Constant(count, std::numeric_limits<double>::quiet_NaN());
   }
   bad.scale = 1.0;

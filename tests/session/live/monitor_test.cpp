@@ -56,7 +56,7 @@ TEST_F(Witness, HasNothingAgainstMotionAtTheLimits) {
 TEST_F(Witness, KnowsWhoHoldsAGlass) {
   for (const bool has_glass : {true, false}) {
     RobotModel arm = ur5e();
-    if (!has_glass) arm.gripper_time = 0.6;
+    if (!has_glass) arm.tools[0].gripper_time = 0.6;
     Monitor witness(arm, {});
     for (int k = 0; k < 500; ++k) {
       const double t = 0.002 * k, swing = 12.0;

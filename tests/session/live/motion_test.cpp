@@ -224,7 +224,7 @@ TEST(Motion, ALongAndAFlatBodyLieAlongAWallAndATable) {
       Body& body = model.bodies[i];
       if (body.name == "glass_bottom") {
         body.shape = glass;
-        body.origin = model.tool.origin;
+        body.origin = model.tool().origin;
       } else {
         there.list[0].ignores.set(i);  // its turn has come in other tests
       }
@@ -302,7 +302,8 @@ TEST(Weights, OfNothingLeaveTheArmAtRestWithTheHand) {
   settings.scale = 1.0;
   settings.objectives = static_cast<int>(session.planning().ocp().objectives().size());
   for (int i = 0; i < settings.objectives; ++i) {
-    settings.weights[i] = JointVector::Zero(session.planning().ocp().objectives()[i]->weight_count(6));
+    settings.weights[i] =
+        JointVector::Zero(session.planning().ocp().objectives()[i]->weight_count(session.planning().ocp().model()));
   }
   const JointVector q = session.last_command.q;
   for (int counts = -1; counts < settings.objectives; ++counts) {

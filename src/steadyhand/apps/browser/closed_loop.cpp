@@ -8,6 +8,7 @@
 
 #include "steadyhand/apps/browser/browser_session.hpp"
 #include "steadyhand/core/json_writer.hpp"
+#include "steadyhand/geometry/robot/model_check.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
 
 namespace steadyhand {
@@ -22,6 +23,7 @@ Result<std::string> closed_loop(const BrowserSetup& setup, int profile, int prob
   PlannerSettings settings;
   settings.solver = chosen.solver;
   settings.tolerance = chosen.tolerance;
+  if (Status s = check_one_tool(setup.robot); !s) return s.error();
   auto planner = Planner::make(setup.robot, chosen.ocp, settings);
   if (!planner) return planner.error();
   Kinematics arm(setup.robot);
@@ -50,8 +52,8 @@ Result<std::string> closed_loop(const BrowserSetup& setup, int profile, int prob
     reference.start = from_seconds(kStep * i);
     for (int k = 0; k < reference.nodes; ++k) {
       const Vector3 phase = (begin + (k + 1) * reference.dt) * speed;
-      reference.p[k] = arm.p() + extent.cwiseProduct(Vector3(phase.array().sin()));
-      reference.R[k] = arm.R() * Eigen::AngleAxisd(lean * std::sin(phase.x()), Vector3::UnitY());
+      reference.tools[0].p[k] = arm.p() + extent.cwiseProduct(Vector3(phase.array().sin()));
+      reference.tools[0].R[k] = arm.R() * Eigen::AngleAxisd(lean * std::sin(phase.x()), Vector3::UnitY());
     }
     const Time before = wall();
     const Plan& plan = (*planner)->update(reference);

@@ -106,7 +106,9 @@ void add_fit_command(CommandLine& app, Command& chosen) {
   CommandLine* command = app.add_subcommand("fit", "Fit bodies to an arm's meshes, and write a robot file with them");
   command->add_option("urdf", options->urdf, "URDF with its meshes")->required();
   command->add_option("--out", options->out, "Robot file to write (default: the URDF's name, in this folder)");
-  command->add_option("--tip", options->tip, "URDF link that carries the tool (default: the end of the longest chain)");
+  command->add_option(
+      "--tip", options->tip,
+      "URDF link that carries the tool, or LINK,LINK for two arms (default: the end of the longest chain)");
   command->add_flag("--force", options->force, "Overwrite existing files");
   command->add_option("--picture", options->picture, "Draw meshes and bodies, SVG");
   command->add_option("--most", options->most, "Largest number of bodies per link")

@@ -9,7 +9,12 @@ namespace steadyhand::python {
 
 PythonObjective::PythonObjective(const std::string& name, const std::string& unit, bool states, int weights,
                                  nb::object term)
-    : Objective({name, name, unit}), states_(states), weights_(weights), term_(std::move(term)) {}
+    : Objective({.name = name,
+                 .label = name,
+                 .unit = unit,
+                 .weights = {std::max(weights, 1), weights > 0 ? WeightCount::Of::kProblem : WeightCount::Of::kJoint}}),
+      states_(states),
+      term_(std::move(term)) {}
 
 PythonObjective::~PythonObjective() {
   const nb::gil_scoped_acquire locked;
@@ -24,8 +29,8 @@ bool PythonObjective::call(const char* method, const Node& node, const JointVect
   if (error_ || !term_) return false;
   try {
     const nb::object u = states_ ? nb::none() : nb::object(from_vector(node.u));
-    take(term_.attr(method)(from_vector(node.arm.q()), from_vector(node.dq), u, from_pose(node.p_ref, node.R_ref),
-                            from_vector(weight)));
+    take(term_.attr(method)(from_vector(node.arm.q()), from_vector(node.dq), u,
+                            from_pose(node.reference->p, node.reference->R), from_vector(weight)));
     return true;
   } catch (...) {
     error_ = std::current_exception();

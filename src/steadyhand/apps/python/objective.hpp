@@ -20,7 +20,6 @@ class PythonObjective final : public Objective {
   PythonObjective& operator=(const PythonObjective&) = delete;
 
   Nodes nodes() const override { return states_ ? Nodes::kStates : Nodes::kIntervals; }
-  int weight_count(int dof) const override { return weights_ > 0 ? weights_ : dof; }
   using Objective::add_gradient;
   using Objective::add_hessian;
   using Objective::value;
@@ -39,7 +38,6 @@ class PythonObjective final : public Objective {
   bool call(const char* method, const Node& node, const JointVector& weight, const Take& take) const;
 
   bool states_;
-  int weights_;  ///< 0: one for each joint
   nb::object term_;
   mutable std::exception_ptr error_;  ///< under Python's lock
 };

@@ -85,8 +85,8 @@ class Stages {
     Reference reference;
     for (int k = 0; k < nodes; ++k) {
       const Pose pose = to_pose(T_base_tool.data() + 16 * k, "T_base_tool");
-      reference.p[k] = pose.p;
-      reference.R[k] = pose.q.toRotationMatrix();
+      reference.tools[0].p[k] = pose.p;
+      reference.tools[0].R[k] = pose.q.toRotationMatrix();
     }
     const Time now = advance(t);
     reference.stamp = {now, now};

@@ -54,7 +54,7 @@ nb::object predict(const Predictor& predictor, double t) {
   const Reference reference = predictor.predict(to_time(t, "t"));
   double* data = nullptr;
   nb::object array = make_array({static_cast<std::size_t>(reference.nodes), 4, 4}, data);
-  for (int k = 0; k < reference.nodes; ++k) write_pose(reference.p[k], reference.R[k], data + 16 * k);
+  for (int k = 0; k < reference.nodes; ++k) write_pose(reference.tools[0].p[k], reference.tools[0].R[k], data + 16 * k);
   return array;
 }
 

@@ -15,7 +15,7 @@ class SimulatedArm::Servo final : public ClockedArm {
   Servo(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock)
       : ClockedArm(model, q,
                    {model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag,
-                    kSimulated.hardware, model.gripper_time.has_value()},
+                    kSimulated.hardware, model.tool().gripper_time.has_value()},
                    {settings.bridged, settings.command_timeout, settings.start_time}, clock),
         settings_(settings),
         random_(settings.seed) {}
@@ -51,7 +51,7 @@ ArmState SimulatedArm::Servo::receive() {
 void SimulatedArm::Servo::advance(Time end) {
   const double dt = to_seconds(period_);
   if (gripper_) {
-    const double most = dt / *model_->gripper_time;
+    const double most = dt / *model_->tool().gripper_time;
     *gripper_ += std::clamp(*gripper_command_ - *gripper_, -most, most);
   }
   if (interface_.moves()) {

@@ -72,7 +72,7 @@ MujocoArm::MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene,
       settings_(settings),
       simulation_(std::make_unique<Simulation>(std::move(scene), dynamics, settings)),
       held_{{now_, now_}, q_, dq_, dq_} {
-  simulation_->closes_in = model.gripper_time.value_or(kClosesIn);
+  simulation_->closes_in = model.tool().gripper_time.value_or(kClosesIn);
   for (int k = 0; k < model.dof(); ++k) simulation_->data->qpos[simulation_->scene->position[k]] = q_[k];
   mujoco().mj_forward(simulation_->scene->model.get(), simulation_->data.get());
 }

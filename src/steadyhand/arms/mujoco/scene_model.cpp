@@ -138,13 +138,13 @@ Status add_tool(mjsBody& last, const RobotModel& arm, const std::filesystem::pat
   if (read == nullptr) {
     mjsBody* tool = mujoco().mjs_addBody(&last, nullptr);
     mujoco().mjs_setName(tool->element, "tool");
-    place(*tool, arm.tool.origin);
+    place(*tool, arm.tool().origin);
     return Done{};
   }
   mjsBody* tool = mujoco().mjs_findBody(read, "tool");
   if (tool == nullptr) return Error{fmt::format("{}: has no body named 'tool'", file.string())};
   mjsFrame* frame = mujoco().mjs_addFrame(&last, nullptr);
-  place(*frame, arm.tool.origin);
+  place(*frame, arm.tool().origin);
   mjsElement* attached = mujoco().mjs_attach(frame->element, tool->element, "", "");
   if (attached == nullptr) return failure(file, mujoco().mjs_getError(mujoco().mjs_getSpec(last.element)));
   return Done{};

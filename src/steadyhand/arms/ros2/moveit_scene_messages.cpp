@@ -201,10 +201,10 @@ Result<Eigen::Isometry3d> SceneKeeper::in_base(const std::string& frame, const K
   const std::string name = link_name(frame);
   const Eigen::Isometry3d tool = Eigen::Translation3d(arm.p()) * Eigen::Isometry3d(Quaternion(arm.R()));
   if (name.empty() || name == model_->link_names.front()) return model_->mount;
-  if (name == model_->link_names.back()) return tool * model_->tool.origin.inverse();
-  if (name == model_->tool.name) return tool;
+  if (name == model_->link_names.back()) return tool * model_->tool().origin.inverse();
+  if (name == model_->tool().name) return tool;
   return Error{fmt::format("frame '{}' is none of {}, {} and {}", frame, prefix_ + model_->link_names.front(),
-                           prefix_ + model_->link_names.back(), prefix_ + model_->tool.name)};
+                           prefix_ + model_->link_names.back(), prefix_ + model_->tool().name)};
 }
 
 Result<Cell> SceneKeeper::apply(const SceneChange& change, Cell given, const Kinematics& arm) {
@@ -296,7 +296,7 @@ void SceneKeeper::add(const SceneObject& object, const Eigen::Isometry3d& pose, 
 
 Result<Cell> SceneKeeper::take_up(const SceneObject& object, Cell cell, const Kinematics& arm) const {
   const std::vector<std::string>& links = model_->link_names;
-  if (const std::string link = link_name(object.link); link != links.back() && link != model_->tool.name) {
+  if (const std::string link = link_name(object.link); link != links.back() && link != model_->tool().name) {
     return refusal(object, fmt::format("link '{}' cannot carry it; {} can", object.link, prefix_ + links.back()));
   }
   const std::vector<std::string> names = parts_of(cell, object.id);
@@ -309,7 +309,10 @@ Result<Cell> SceneKeeper::take_up(const SceneObject& object, Cell cell, const Ki
       }
     }
   }
-  return for_each_name(names, std::move(cell), attach, arm);
+  const auto to_first_tool = [](Cell changed, const std::string& name, const Kinematics& at) {
+    return attach(std::move(changed), name, at);
+  };
+  return for_each_name(names, std::move(cell), to_first_tool, arm);
 }
 
 }  // namespace steadyhand

@@ -118,7 +118,7 @@ Status Ros2Arm::join(int domain) {
         [this](const Float64Message& message, Ros2PublisherId) { feedback_.receive(message); });
     if (!listens) return listens.error();
   }
-  if (model_->gripper_time && !settings_.gripper.action.empty()) {
+  if (model_->tool().gripper_time && !settings_.gripper.action.empty()) {
     auto gripper = Ros2Gripper::join(**node, settings_.gripper, *clock_);
     if (!gripper) return gripper.error();
     gripper_ = *std::move(gripper);

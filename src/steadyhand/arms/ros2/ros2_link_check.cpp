@@ -178,7 +178,7 @@ Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Sett
     if (!listens) return listens.error();
   }
   std::optional<Ros2Subscription> grippers;
-  if (model.gripper_time && !s.gripper.action.empty()) {
+  if (model.tool().gripper_time && !s.gripper.action.empty()) {
     const auto heard = (*node)->subscribe<GoalStatusArrayMessage>(
         {s.gripper.action + "/_action/status", Ros2Topic::Kind::kTopic, true},
         [](const GoalStatusArrayMessage&, Ros2PublisherId) {});

@@ -48,7 +48,7 @@ Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::connect(const Ro
     return Error{script.error().message +
                  "; enable the primary interface at the pendant: Settings, Security, Services"};
   }
-  if (model.gripper_time && s.gripper_port != 0) {
+  if (model.tool().gripper_time && s.gripper_port != 0) {
     auto gripper = RobotiqGripper::connect(to(s.gripper_port), s.gripper);
     if (!gripper) {
       return Error{gripper.error().message + "; its URCap must be installed, or leave it alone with --gripper-port 0"};

@@ -59,9 +59,9 @@ Result<RobotModel> calibrate(const RobotModel& model, const UrKinematics& kinema
       made.joints[i].origin = last.inverse() * pose;
       last = pose;
     }
-    made.tool.origin = last.inverse() * measured[6] * model.tool.origin;
+    made.tools[0].origin = last.inverse() * measured[6] * model.tool().origin;
     d.tool_m =
-        ((measured[6] * model.tool.origin).translation() - (nominal[6] * model.tool.origin).translation()).norm();
+        ((measured[6] * model.tool().origin).translation() - (nominal[6] * model.tool().origin).translation()).norm();
     if (d.joint_m >= deviation.joint_m) continue;
     deviation = d;
     best = std::move(made);

@@ -26,11 +26,14 @@ void read_weight(YamlMap& weights, const std::string& term, const Objectives& ob
     return;
   }
   const std::vector<double> values = weights.number_or_numbers(term, Interval::not_negative());
-  const std::size_t count = objective->weight_count(kMaxJoints);
-  const bool fixed = objective->weight_count(1) == objective->weight_count(kMaxJoints);
-  if (values.size() != 1 && (fixed ? values.size() != count : values.size() > count)) {
-    const std::string list =
-        fixed ? (count == 1 ? "" : fmt::format(" or a list of {}", count)) : " or one for each joint";
+  const auto [each, of] = objective->info().weights;
+  const bool for_joints = of == WeightCount::Of::kJoint;
+  const std::size_t count = for_joints ? kMaxJoints : each;
+  const bool several = of == WeightCount::Of::kTool && values.size() == count * kMaxTools;
+  if (values.size() != 1 && (for_joints ? values.size() > count : values.size() != count && !several)) {
+    const std::string list = for_joints   ? " or one for each joint"
+                             : count == 1 ? ""
+                                          : fmt::format(" or a list of {}", count);
     weights.fail(term, fmt::format("has {} numbers; one number{} is expected", values.size(), list));
   }
   settings.weights[term] = values;

@@ -40,10 +40,42 @@ Eigen::Isometry3d read_origin(YamlMap map) {
   return Eigen::Translation3d(read_vector(map, "xyz")) * read_rpy(map, "rpy");
 }
 
-void read_tool(YamlMap tool, RobotSettings& settings) {
-  settings.tool_name = tool.text("name", "tool");
-  settings.tool_link = tool.text("link");
-  settings.tool_origin = read_origin(tool);
+void read_gripper(YamlMap gripper, RobotSettings::ToolOnLink& tool) {
+  tool.gripper_time = gripper.number("closes_in", Interval::positive());
+}
+
+void read_tool(YamlMap map, RobotSettings::ToolOnLink& tool) {
+  tool.link = map.text("link");
+  tool.origin = map.has("xyz") || map.has("rpy") ? read_origin(map) : Eigen::Isometry3d::Identity();
+}
+
+/// `tool` of one arm with `gripper`, or `tools`, where each may have a gripper.
+void read_tools(YamlMap& robot, RobotSettings& settings) {
+  if (robot.has("tools")) {
+    if (robot.has("tool") || robot.has("gripper"))
+      robot.fail("tools",
+                 "cannot be combined with 'tool' or 'gripper': each entry of 'tools' is a tool and may have a "
+                 "gripper");
+    YamlMap tools = robot.map("tools");
+    settings.tools.clear();
+    for (const std::string& name : tools.keys()) {
+      RobotSettings::ToolOnLink& tool = settings.tools.emplace_back();
+      YamlMap map = tools.map(name);
+      tool.name = name;
+      read_tool(map, tool);
+      if (map.has("gripper")) read_gripper(map.map("gripper"), tool);
+    }
+    if (settings.tools.empty() || settings.tools.size() > kMaxTools)
+      robot.fail("tools", fmt::format("must have 1 to {} entries, not {}", kMaxTools, settings.tools.size()));
+    return;
+  }
+  if (robot.has("tool") || robot.has("gripper")) settings.tools.resize(1);
+  if (robot.has("tool")) {
+    YamlMap tool = robot.map("tool");
+    settings.tools[0].name = tool.text("name", "tool");
+    read_tool(tool, settings.tools[0]);
+  }
+  if (robot.has("gripper")) read_gripper(robot.map("gripper"), settings.tools[0]);
 }
 
 /// Those of a file that this one extends are replaced, all or those that it names.
@@ -102,34 +134,74 @@ Result<RobotSettings> load_extended(YamlMap& robot, const fs::path& file, const 
   return load_robot_settings(*found, places, extensions + 1);
 }
 
+Result<RobotSettings> read_robot(YamlMap& robot, const std::string& name, const fs::path& file, const Places& places,
+                                 int extensions);
+
+/// The arms of a robot on one base: each has the keys of a robot file.
+Status read_arms(YamlMap& robot, const fs::path& file, const Places& places, int extensions, RobotSettings& settings) {
+  YamlMap arms = robot.map("arms");
+  const std::vector<std::string> names = arms.keys();
+  if (names.size() != kMaxTools)
+    robot.fail("arms", fmt::format("must have {} entries, not {}", kMaxTools, names.size()));
+  settings.arms.clear();
+  for (const std::string& name : names) {
+    YamlMap arm = arms.map(name);
+    Result<RobotSettings> read = read_robot(arm, name, file, places, extensions);
+    if (!read) return read.error();
+    if (!read->arms.empty()) arms.fail(name, "has arms itself; each arm is a robot with one tool");
+    settings.arms.push_back(*std::move(read));
+  }
+  return Done{};
+}
+
 Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& places, int extensions) {
-  Result<YamlMap> opened = YamlMap::open(file);
-  if (!opened) return opened.error();
-  YamlMap& robot = *opened;
+  Result<YamlMap> robot = YamlMap::open(file);
+  if (!robot) return robot.error();
+  Result<RobotSettings> settings = read_robot(*robot, file.stem().string(), file, places, extensions);
+  if (!settings) return settings.error();
+  if (Status status = robot->finish(); !status) return status.error();
+  return settings;
+}
+
+/// @param name if the file gives none
+Result<RobotSettings> read_robot(YamlMap& robot, const std::string& name, const fs::path& file, const Places& places,
+                                 int extensions) {
   Result<RobotSettings> extended = load_extended(robot, file, places, extensions);
   if (!extended) return extended.error();
   RobotSettings settings = *std::move(extended);
-  const bool is_whole = settings.urdf.empty();
-  settings.name = robot.text("name", file.stem().string());
+  const bool is_whole = settings.urdf.empty() && settings.arms.empty();
+  settings.name = robot.text("name", name);
   if (is_whole) settings.meshes = settings.name;
+  if (robot.has("arms")) {
+    if (Status status = read_arms(robot, file, places, extensions, settings); !status) return status.error();
+  }
+  if (!settings.arms.empty()) {
+    read_bodies(robot, settings);
+    if (robot.is_list("pairs")) robot.fail("pairs", "must be auto: each arm has its pairs");
+    return settings;
+  }
   if (is_whole || robot.has("urdf")) read_urdf_place(robot, file, places, settings);
   if (robot.has("mount")) settings.mount = read_origin(robot.map("mount"));
-  if (robot.has("tool")) read_tool(robot.map("tool"), settings);
+  read_tools(robot, settings);
   if (robot.has("locked")) {
     YamlMap locked = robot.map("locked");
     for (const std::string& joint : locked.keys()) settings.locked[joint] = locked.number(joint, Interval::any());
   }
-  const auto read = [&](const char* key, Interval range, std::optional<std::vector<double>>& numbers) {
-    if (robot.has(key)) numbers = robot.optional_numbers(key, range);
+  const auto read = [&](const char* key, Interval range, std::optional<RobotSettings::PerJoint>& numbers) {
+    if (robot.is_map(key)) {
+      YamlMap map = robot.map(key);
+      auto& named = numbers.emplace().emplace<1>();
+      for (const std::string& joint : map.keys()) named[joint] = map.number(joint, range);
+    } else if (robot.has(key)) {
+      numbers = robot.optional_numbers(key, range);
+    }
   };
   read("home", Interval::any(), settings.home);
   read("acceleration_max", Interval::positive(), settings.acceleration_max);
   read("velocity_max", Interval::positive(), settings.velocity_max);
   read("position_min", Interval::any(), settings.position_min);
   read("position_max", Interval::any(), settings.position_max);
-  if (robot.has("gripper")) settings.gripper_time = robot.map("gripper").number("closes_in", Interval::positive());
   read_bodies(robot, settings);
-  if (Status status = robot.finish(); !status) return status.error();
   return settings;
 }
 
@@ -147,6 +219,26 @@ Result<RobotSettings> robot_settings(const fs::path& file, const Places& places)
   RobotSettings settings;
   settings.urdf = file;
   return settings;
+}
+
+Result<ChainDynamics> load_dynamics(const RobotSettings& settings) {
+  if (settings.arms.empty()) {
+    const Result<UrdfChain> chain =
+        read_urdf_chain(settings.urdf, links_of(settings.tools), settings.locked, settings.xacro);
+    if (!chain) return chain.error();
+    return read_chain_dynamics(settings.urdf, *chain, settings.xacro);
+  }
+  ChainDynamics all;
+  all.links.resize(1);
+  for (const RobotSettings& arm : settings.arms) {
+    const Result<ChainDynamics> read = load_dynamics(arm);
+    if (!read) return read.error();
+    all.links.insert(all.links.end(), read->links.begin() + 1, read->links.end());
+    const Eigen::Index before = all.effort_max.size(), more = read->effort_max.size();
+    all.effort_max.conservativeResize(before + more);
+    all.effort_max.tail(more) = read->effort_max;
+  }
+  return all;
 }
 
 }  // namespace
@@ -168,10 +260,7 @@ Result<ChainDynamics> open_dynamics(const std::string& name, const Places& place
   if (!file) return Error{"robot " + file.error().message};
   const Result<RobotSettings> settings = robot_settings(*file, places);
   if (!settings) return settings.error();
-  const Result<UrdfChain> chain =
-      read_urdf_chain(settings->urdf, settings->tool_link, settings->locked, settings->xacro);
-  if (!chain) return chain.error();
-  return read_chain_dynamics(settings->urdf, *chain, settings->xacro);
+  return load_dynamics(*settings);
 }
 
 }  // namespace steadyhand

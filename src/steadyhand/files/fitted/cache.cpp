@@ -104,7 +104,7 @@ Result<RobotModel> open_urdf(const std::string& name, const std::string& tip, co
     return Error{fmt::format("--tip is for URDFs; {} names the link that carries the tool", file->string())};
   RobotSettings settings;
   settings.urdf = *file;
-  settings.tool_link = tip;
+  settings.tools = tools_on(tip);
   return load_robot(settings);
 }
 
@@ -122,9 +122,9 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const std::string&
   std::error_code error;
   if (!folder.empty() && fs::is_regular_file(kept, error)) {
     if (Result<RobotSettings> settings = load_robot_settings(kept, places)) {
-      settings->urdf = *file;     // the same one may have moved
-      settings->locked.clear();   // assumptions are reported again
-      settings->tool_link = tip;  // likewise
+      settings->urdf = *file;           // the same one may have moved
+      settings->locked.clear();         // assumptions are reported again
+      settings->tools = tools_on(tip);  // likewise
       Result<RobotModel> model = load_robot(*settings);
       if (model) {
         say(fmt::format("{}: {} bodies, fitted before ({})", name, model->bodies.size(), kept.string()));
@@ -154,7 +154,8 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const std::string&
     }
   }
   if (!fit) {
-    if (const auto chain = read_urdf_chain(*file, tip); !chain) return chain.error();  // no arm without bodies either
+    if (const auto chain = read_urdf_chain(*file, links_of(tools_on(tip))); !chain)
+      return chain.error();  // no arm without bodies either
     return Error{
         fmt::format("no bodies could be fitted: {} (--no-fit accepts the arm without bodies)", fit.error().message)};
   }

@@ -9,7 +9,8 @@
 
 namespace steadyhand {
 
-/// As open_robot(), with the tool on link `tip` of a bare URDF; empty: at the end of its longest chain.
+/// As open_robot(), with the tool on link `tip` of a bare URDF, or tools on several, see tools_on(); empty: at the end
+/// of its longest chain.
 Result<RobotModel> open_urdf(const std::string& name, const std::string& tip, const Places& places);
 
 /// As open_urdf(), but that a bare URDF with geometry gets bodies: fitted to it, and kept in the folder

@@ -94,13 +94,14 @@ void describe(V& v, Message<Reference>& m) {
   const auto nodes = [&r](auto value) { return std::views::iota(0, r.nodes) | std::views::transform(value); };
   v.add("timestamp", "", "Timestamp of pose", r.start);
   v.add("frame_id", "", "Frame of reference for pose position and orientation", std::string_view("base"));
-  v.add("poses", "", "Poses in 3D space", nodes([&r](int k) { return Pose{r.p[k], Quaternion(r.R[k])}; }));
+  v.add("poses", "", "Poses in 3D space",
+        nodes([&r](int k) { return Pose{r.tools[0].p[k], Quaternion(r.tools[0].R[k])}; }));
   v.add("dt_s", "s",
         "time from one pose to the next; the first pose of /plan is at timestamp, that of /reference dt_s later", r.dt);
   v.add("along_m", "m", "/reference: standard deviations of the poses' positions along the hand's path; 0: not known",
-        nodes([&r](int k) { return r.spread[k].along; }));
+        nodes([&r](int k) { return r.tools[0].spread[k].along; }));
   v.add("across_m", "m", "/reference: likewise, in each direction across it",
-        nodes([&r](int k) { return r.spread[k].across; }));
+        nodes([&r](int k) { return r.tools[0].spread[k].across; }));
 }
 
 /// The joints at a node.

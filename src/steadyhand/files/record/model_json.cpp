@@ -21,8 +21,12 @@ void describe(V& v, CellObject& object) {
   v.add("velocity", "m/s", "", object.velocity);
   v.add("margin", "m", "kept around it", object.margin);
   v.add("color", "", "", object.color);
-  v.add("holds_only_tool", "", "all but the bodies on the tool's link may touch it", object.holds_only_tool);
+  v.add("holds_only_tool", "", "all but the bodies on the tools' links may touch it", object.holds_only_tool);
   v.add("attached", "", "the tool carries it, and origin is in the tool's frame", object.attached, kOrAbsent);
+  std::optional<int> tool;
+  if (object.tool != 0) tool = object.tool;
+  v.add("tool", "", "index of the tool that carries it; absent: 0", tool);
+  if constexpr (kReads<V>) object.tool = tool.value_or(0);
   v.add("may_be_touched_by", "", "", object.may_be_touched_by, kOrAbsent);
 }
 
@@ -41,17 +45,15 @@ void describe(V& v, CellNote& note) {
 
 template <typename V>
 void describe(V& v, Joint& joint) {
+  std::optional<int> parent;
+  if (joint.parent != Joint::kBefore) parent = joint.parent;
   v.add("name", "", "", joint.name);
   v.add("type", "", "", joint.type);
   v.add("origin", "", "", joint.origin);
   v.add("axis", "", "", joint.axis);
+  v.add("parent", "", "link from which it moves its own; older files of serial arms have none", parent);
   check_pose(v, "origin", joint.origin);
-}
-template <typename V>
-void describe(V& v, Tool& tool) {
-  v.add("name", "", "", tool.name);
-  v.add("origin", "", "", tool.origin);
-  check_pose(v, "origin", tool.origin);
+  if constexpr (kReads<V>) joint.parent = parent.value_or(Joint::kBefore);
 }
 template <typename V>
 void describe(V& v, Body& body) {
@@ -80,6 +82,20 @@ void describe(V& v, GripperNote& gripper) {
   v.add("closes_in", "s", "", gripper.closes_in);
 }
 
+template <typename V>
+void describe(V& v, Tool& tool) {
+  std::optional<GripperNote> gripper;
+  if (tool.gripper_time) gripper = GripperNote{*tool.gripper_time};
+  v.add("name", "", "", tool.name);
+  v.add("link", "", "that carries it", tool.link, kOrAbsent);
+  v.add("origin", "", "in the frame of that link", tool.origin);
+  v.add("gripper", "", "", gripper);
+  check_pose(v, "origin", tool.origin);
+  if constexpr (kReads<V>) {
+    if (gripper) tool.gripper_time = gripper->closes_in;
+  }
+}
+
 /// Of arms that are covered by spheres alone.
 static std::vector<SphereNote> spheres_of(const RobotModel& model) {
   std::vector<SphereNote> spheres;
@@ -90,19 +106,33 @@ static std::vector<SphereNote> spheres_of(const RobotModel& model) {
   return spheres;
 }
 
+/// Older files have one tool, `tool`, on the last link, and its gripper next to it.
+template <typename V>
+void read_older_tool(V& v, RobotModel& model) {
+  std::optional<Tool> tool;
+  std::optional<GripperNote> gripper;
+  v.add("tool", "", "", tool);
+  v.add("gripper", "", "", gripper);
+  if (!model.tools.empty() || !tool) return;
+  tool->link = model.dof();
+  if (gripper) tool->gripper_time = gripper->closes_in;
+  model.tools.push_back(*tool);
+}
+
 /// The object of "Two commands that make this checkable" in docs/explanation/formulation.md.
 template <typename V>
 void describe(V& v, RobotModel& model) {
   std::vector<std::array<int, 2>> pairs;
   for (const auto& [first, second] : model.pairs) pairs.push_back({first, second});
   std::string meshes = model.meshes == model.name ? "" : model.meshes;
-  std::optional<GripperNote> gripper;
-  if (model.gripper_time) gripper = GripperNote{*model.gripper_time};
   std::optional<Eigen::Isometry3d> mount;
   if (!model.mount.matrix().isIdentity(0.0)) mount = model.mount;
   v.add("name", "", "", model.name);
-  v.add("joints", "", "", model.joints, sized(1, kMaxJoints));
-  v.add("tool", "", "", model.tool);
+  std::vector<Joint> joints = model.joints;
+  for (int k = 0; k < model.dof(); ++k) joints[k].parent = model.parent(k);
+  v.add("joints", "", "", joints, sized(1, kMaxJoints));
+  if constexpr (kReads<V>) model.joints = std::move(joints);
+  v.add("tools", "", "one for each arm", model.tools, kOrAbsent);
   v.add("home", "rad (m)", "", model.home);
   v.add("position_min", "rad (m)", "", model.position_min);
   v.add("position_max", "rad (m)", "", model.position_max);
@@ -115,14 +145,13 @@ void describe(V& v, RobotModel& model) {
   v.add("bodies", "", "", model.bodies);
   v.add("pairs", "", "pairs of indices of bodies", pairs);
   v.add("meshes", "", "robot whose meshes the page draws, if not those of this one", meshes, kOrAbsent);
-  v.add("gripper", "", "", gripper);
   v.add("mount", "", "pose of the root in the base", mount);
   if constexpr (kReads<V>) {
     model.meshes = meshes.empty() ? model.name : meshes;
-    if (gripper) model.gripper_time = gripper->closes_in;
     if (mount) model.mount = *mount;
     check_pose(v, "mount", model.mount);
     for (const auto& [first, second] : pairs) model.pairs.emplace_back(first, second);
+    read_older_tool(v, model);
   }
 }
 

@@ -11,10 +11,15 @@
 
 namespace steadyhand {
 
-/// The index of a body of the arm, or (from kMaxBodies on) what the tool carries.
+/// What a tool carries.
+struct CarriedNote {
+  SolidNote solid{};
+  int tool = 0;
+};
+/// The index of a body of the arm, or (from kMaxBodies on) what a tool carries.
 struct MovedNote {
   int body = 0;
-  SolidNote carried{};
+  CarriedNote carried{};
 };
 
 struct ProblemStyle : DocumentStyle {
@@ -33,7 +38,7 @@ struct ProblemStyle : DocumentStyle {
       inner.members(moved.carried);
       if (inner.error()) in.fail(fmt::format("'{}': {}", name, inner.error()->message));
     } else {
-      in.must(name, "the index of a body, or what the tool carries", json);
+      in.must(name, "the index of a body, or what a tool carries", json);
     }
   }
   /// Weights of a term; one of them also without brackets.
@@ -58,12 +63,18 @@ struct NodeNote {
   Vector3 p;
   std::array<Vector3, 3> R;  ///< its rows
 };
+static NodeNote note_of(const Vector3& p, const Matrix3& R) {
+  return {p, {R.row(0).transpose(), R.row(1).transpose(), R.row(2).transpose()}};
+}
+static Matrix3 rotation_of(const NodeNote& node) {
+  return (Matrix3() << node.R[0].transpose(), node.R[1].transpose(), node.R[2].transpose()).finished();
+}
 template <typename V>
 void describe(V& v, NodeNote& node) {
   v.add("p", "m", "", node.p);
   v.add("R", "", "", node.R);
   if constexpr (kReads<V>) {
-    const Matrix3 R = (Matrix3() << node.R[0], node.R[1], node.R[2]).finished();
+    const Matrix3 R = rotation_of(node);
     v.check((R * R.transpose() - Matrix3::Identity()).norm() <= 1e-6 && R.determinant() > 0.0,
             "'R' is no rotation matrix: its rows must be orthonormal, its determinant 1");
   }
@@ -73,6 +84,16 @@ template <typename V>
 void describe(V& v, Trajectory& guess) {
   v.add("x", "", "", guess.x);
   v.add("u", "", "", guess.u);
+}
+
+template <typename V>
+void describe_tool(V& v, int& tool) {
+  if (!kWrites<V> || tool > 0) v.add("tool", "", "", tool, within(0, kMaxTools - 1).or_absent());
+}
+template <typename V>
+void describe(V& v, CarriedNote& carried) {
+  describe(v, carried.solid);
+  describe_tool(v, carried.tool);
 }
 
 static SolidNote note_of(const Obstacle& obstacle) {
@@ -87,19 +108,21 @@ void describe(V& v, NearObstacle& near) {
   MovedNote moved{near.body};
   SolidNote solid;
   if constexpr (kWrites<V>) {  // poses that were never set are not read
-    if (near.body >= kMaxBodies) moved.carried = note_of(near.carried);
+    if (near.body >= kMaxBodies) moved.carried = {note_of(near.carried), near.carried.tool};
     solid = note_of(near.obstacle);
   }
   v.add("body", "", "", moved);
   describe(v, solid);
   if (!kWrites<V> || near.obstacle.carried) v.add("carried", "", "", near.obstacle.carried, kOrAbsent);
+  describe_tool(v, near.obstacle.tool);
   v.add("velocity", "m/s", "", near.obstacle.velocity, kOrAbsent);
   v.add("depth", "m", "", near.depth, at_least(0.0).or_absent());
   if (!kWrites<V> || near.corner >= 0) v.add("corner", "", "", near.corner, within(-1, 7).or_absent());
   if constexpr (kReads<V>) {
     near.body = moved.body;
     take(solid, near.obstacle);
-    if (moved.body == kMaxBodies) take(moved.carried, near.carried);
+    if (moved.body == kMaxBodies) take(moved.carried.solid, near.carried);
+    near.carried.tool = moved.carried.tool;
   }
 }
 
@@ -120,6 +143,60 @@ void describe(V& v, LiquidRecord& liquid) {
   v.add("state", "", "", liquid.state);
 }
 
+/// A tool's part of a problem.
+struct ToolNote {
+  std::vector<NodeNote> reference;
+  std::optional<LiquidRecord> liquid;
+};
+template <typename V>
+void describe(V& v, ToolNote& tool) {
+  v.add("reference", "", "", tool.reference);
+  v.add("liquid", "", "", tool.liquid);
+}
+
+static std::vector<ToolNote> tools_of(const ProblemRecord& problem) {
+  std::vector<ToolNote> tools(problem.tools);
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    for (int k = 0; k < problem.horizon; ++k)
+      tools[t].reference.push_back(note_of(problem.reference.tools[t].p[k], problem.reference.tools[t].R[k]));
+    if (t < problem.liquid.size()) tools[t].liquid = problem.liquid[t];
+  }
+  return tools;
+}
+
+static void take(const std::vector<ToolNote>& tools, ProblemRecord& problem) {
+  problem.tools = static_cast<int>(tools.size());
+  problem.reference.nodes = problem.horizon;
+  problem.reference.dt = problem.dt;
+  problem.liquid.clear();
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    ToolReference& reference = problem.reference.tools[t];
+    for (int k = 0; k < problem.horizon; ++k) {
+      reference.p[k] = tools[t].reference[k].p;
+      reference.R[k] = rotation_of(tools[t].reference[k]);
+    }
+    if (tools[t].liquid) problem.liquid.push_back(*tools[t].liquid);
+  }
+}
+
+/// Why the tools' parts do not fit into one problem, or nothing.
+static std::string fault_of(const std::vector<ToolNote>& tools, int horizon) {
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    if (std::ssize(tools[t].reference) != horizon)
+      return fmt::format("'tools[{}].reference' has {} entries; it must have {}", t, tools[t].reference.size(),
+                         horizon);
+    if (tools[t].liquid.has_value() != tools[0].liquid.has_value())
+      return fmt::format("'tools[{}].liquid' must be there for each tool, or for none", t);
+    if (!tools[t].liquid) continue;
+    LiquidSettings settings = tools[t].liquid->settings;
+    settings.glass = tools[0].liquid->settings.glass;
+    if (settings != tools[0].liquid->settings)
+      return fmt::format("'tools[{}].liquid' must have price, least_weight, lean and frequencies of the first tool's",
+                         t);
+  }
+  return "";
+}
+
 template <typename V>
 void describe(V& v, ProblemRecord& problem) {
   v.add("robot", "", "", problem.robot);
@@ -131,12 +208,13 @@ void describe(V& v, ProblemRecord& problem) {
   v.add("weights", "", "", problem.weights);
   const auto horizon = static_cast<std::size_t>(problem.horizon);
   const auto joints = static_cast<std::size_t>(problem.x0.size() / 2);
-  std::vector<NodeNote> nodes;
-  for (int k = 0; k < (kWrites<V> ? problem.horizon : 0); ++k) {
-    const Matrix3& R = problem.reference.R[k];
-    nodes.push_back({problem.reference.p[k], {R.row(0).transpose(), R.row(1).transpose(), R.row(2).transpose()}});
-  }
-  v.add("reference", "", "", nodes, sized(horizon, horizon));
+  // One tool's part is the problem's own; those of several are a list.
+  std::vector<ToolNote> tools, several;
+  if constexpr (kWrites<V>) tools = tools_of(problem);
+  ToolNote only = tools.size() == 1 ? tools[0] : ToolNote{};
+  if (tools.size() > 1) several = tools;
+  if (!kWrites<V> || several.empty()) v.add("reference", "", "", only.reference, sized(horizon, horizon).or_absent());
+  if (!kWrites<V> || !several.empty()) v.add("tools", "", "", several, sized(2, kMaxTools).or_absent());
   v.add("tolerance", "", "", problem.tolerance, above(0.0).or_absent());
   const auto add_vector = [&](std::string_view name, JointVector& value) {
     std::optional<JointVector> given;
@@ -150,17 +228,21 @@ void describe(V& v, ProblemRecord& problem) {
   }
   add_vector("u_followed", problem.u_followed);
   if (!kWrites<V> || problem.clearance > 0.0) v.add("clearance", "m", "", problem.clearance, kOrAbsent);
-  v.add("liquid", "", "", problem.liquid);
+  std::optional<NodeNote> held;
+  if (problem.held) held = note_of(problem.held->p, problem.held->R);
+  v.add("held", "", "", held);
+  v.add("liquid", "", "", only.liquid);
   v.add("guess", "", "", problem.guess, kWrites<V> ? kOrAbsent : kOrNull.or_absent());
   if constexpr (kReads<V>) {
+    v.check(!only.reference.empty() || !several.empty(), "'reference' is missing");
+    v.check(several.empty() || (only.reference.empty() && !only.liquid),
+            "'reference' and 'liquid' belong into 'tools' where there are several");
+    if (several.empty()) several.push_back(only);
+    const std::string fault = v.error() ? "" : fault_of(several, problem.horizon);
+    v.check(fault.empty(), fault);
     if (v.error()) return;
-    problem.reference.nodes = problem.horizon;
-    problem.reference.dt = problem.dt;
-    for (int k = 0; k < problem.horizon; ++k) {
-      const NodeNote& node = nodes[static_cast<std::size_t>(k)];
-      problem.reference.p[k] = node.p;
-      problem.reference.R[k] << node.R[0].transpose(), node.R[1].transpose(), node.R[2].transpose();
-    }
+    take(several, problem);
+    if (held) problem.held = {held->p, rotation_of(*held)};
     const auto fits = [](const auto& vectors, std::size_t size, std::size_t each) {
       const auto has = [&](const auto& vector) { return vector.size() == static_cast<Eigen::Index>(each); };
       return vectors.size() == size && std::all_of(vectors.begin(), vectors.end(), has);
@@ -221,13 +303,16 @@ ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Traje
   record.position_margin = ocp.position_margin();
   std::copy_if(instance.near.begin(), instance.near.end(), std::back_inserter(record.near),
                [](const NearObstacle& near) { return near.body >= 0; });
-  for (const auto& objective : ocp.objectives())
+  for (const auto& objective : ocp.objectives()) {
     if (objective->name() == "acceleration_step") record.u_followed = instance.u_followed;
+    if (objective->name() == "relative_pose") record.held = instance.held;
+  }
   record.clearance = instance.clearance;
-  if (ocp.liquid()) {
-    const LiquidInstance& liquid = instance.liquid;
-    record.liquid = {*ocp.liquid(), liquid.counts, liquid.room, liquid.state};
-    record.liquid->settings.glass = liquid.glass;
+  record.tools = ocp.tool_count();
+  for (int t = 0; ocp.liquid() && t < ocp.tool_count(); ++t) {
+    const LiquidInstance& liquid = instance.liquid[t];
+    record.liquid.push_back({*ocp.liquid(), liquid.counts, liquid.room, liquid.state});
+    record.liquid.back().settings.glass = liquid.glass;
   }
   record.guess = guess;
   record.tolerance = tolerance;

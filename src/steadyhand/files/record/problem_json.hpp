@@ -29,11 +29,13 @@ struct ProblemRecord {
   StateVector x0;
   Weights weights;
   Reference reference;
-  JointVector position_margin;  ///< rad (m), as OcpSettings has it
-  NearObstacles near;           ///< those that a row is for
-  JointVector u_followed;       ///< rad/s^2, as OcpInstance has it
-  double clearance = 0.0;       ///< m, the same
-  std::optional<LiquidRecord> liquid;
+  JointVector position_margin;                  ///< rad (m), as OcpSettings has it
+  NearObstacles near;                           ///< those that a row is for
+  JointVector u_followed;                       ///< rad/s^2, as OcpInstance has it
+  double clearance = 0.0;                       ///< m, the same
+  std::optional<ReferencePoseOf<double>> held;  ///< the same
+  int tools = 1;                                ///< how many have a reference
+  std::vector<LiquidRecord> liquid;             ///< of each tool, or none
   std::optional<Trajectory> guess;
   double tolerance = 1e-6;
 };

@@ -103,14 +103,17 @@ Result<std::vector<Painted>> show(const urdf::Visual& visual, const fs::path& fo
   return parts;
 }
 
-Result<Scene> read_scene(const fs::path& file, Xacro xacro, const UrdfChain& chain) {
+/// Adds what an arm shows, in its base.
+/// @param X_base_root where the URDF's root is @param links of other arms, behind which this one's are
+Status add_scene(const fs::path& file, Xacro xacro, const UrdfChain& chain, const Eigen::Isometry3d& X_base_root,
+                 int links, Scene& scene) {
   const Result<urdf::ModelInterfaceSharedPtr> model = read_urdf(file, xacro);
   if (!model) return model.error();
   std::error_code error;
   const fs::path folder = fs::absolute(file, error).parent_path();
-  Scene scene;
   for (const auto& [name, link] : (*model)->links_) {
     const UrdfChain::Frame& frame = chain.frames.at(name);
+    const Eigen::Isometry3d X = frame.link == 0 ? X_base_root * frame.X_link_frame : frame.X_link_frame;
     for (const urdf::VisualSharedPtr& visual : link->visual_array) {
       if (!visual->geometry) continue;
       Result<std::vector<Painted>> parts = show(*visual, folder);
@@ -118,17 +121,17 @@ Result<Scene> read_scene(const fs::path& file, Xacro xacro, const UrdfChain& cha
         return Error{
             fmt::format("{}: the visual geometry of link '{}': {}", file.string(), name, parts.error().message)};
       }
-      const Eigen::Affine3d place(frame.X_link_frame * to_eigen(visual->origin));
+      const Eigen::Affine3d place(X * to_eigen(visual->origin));
       for (Painted& part : *parts) {
         const Surface placed = moved(std::move(part.surface), place);
-        Surface& all = scene[frame.link][{static_cast<int>(std::lround(100.0 * part.color[0])),
-                                          static_cast<int>(std::lround(100.0 * part.color[1])),
-                                          static_cast<int>(std::lround(100.0 * part.color[2]))}];
+        Surface& all = scene[frame.link == 0 ? 0 : links + frame.link][{
+            static_cast<int>(std::lround(100.0 * part.color[0])), static_cast<int>(std::lround(100.0 * part.color[1])),
+            static_cast<int>(std::lround(100.0 * part.color[2]))}];
         all.insert(all.end(), placed.begin(), placed.end());
       }
     }
   }
-  return scene;
+  return Done{};
 }
 
 /// A binary glTF 2.0 file as it grows.
@@ -221,21 +224,32 @@ Result<std::string> arm_scene(const std::string& robot, const std::string& tip, 
   if (!file) return Error{"robot " + file.error().message};
   RobotSettings settings;
   settings.urdf = *file;
-  settings.tool_link = tip;
+  settings.tools = tools_on(tip);
   if (file->extension() == ".yaml" || file->extension() == ".yml") {
     Result<RobotSettings> read = load_robot_settings(*file, places);
     if (!read) return read.error();
     settings = *std::move(read);
   }
-  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link, settings.locked, settings.xacro);
-  if (!chain) return chain.error();
-  const Result<Scene> scene = read_scene(settings.urdf, settings.xacro, *chain);
-  if (!scene) return scene.error();
+  Scene scene;
+  int links = 0;
+  const auto add = [&](const RobotSettings& arm, const Eigen::Isometry3d& X_base_root) -> Status {
+    const Result<UrdfChain> chain = read_urdf_chain(arm.urdf, links_of(arm.tools), arm.locked, arm.xacro);
+    if (!chain) return chain.error();
+    const Status status = add_scene(arm.urdf, arm.xacro, *chain, X_base_root, links, scene);
+    links += static_cast<int>(chain->joints.size());
+    return status;
+  };
+  if (settings.arms.empty()) {  // the page places the root
+    if (Status s = add(settings, Eigen::Isometry3d::Identity()); !s) return s.error();
+  }
+  for (const RobotSettings& arm : settings.arms) {
+    if (Status s = add(arm, arm.mount); !s) return s.error();
+  }
 
   for (double grid = kGrid;; grid *= 1.5) {
     Gltf gltf;
     std::size_t triangles = 0;
-    for (const auto& [link, surfaces] : *scene) {
+    for (const auto& [link, surfaces] : scene) {
       std::vector<int> nodes;
       for (const auto& [color, surface] : surfaces) {
         const Drawn drawn = merged(surface, grid);

@@ -28,7 +28,8 @@ struct Obstacle {
   Vector3 velocity = Vector3::Zero();  ///< m/s, base frame; it does not turn
   double margin = 0.0;                 ///< m, included in the shape: the solid itself is smaller by this
   std::bitset<kMaxSolids> ignores;     ///< indices of solids of the arm that may touch it
-  bool carried = false;                ///< by the tool, as a part of the arm; other obstacles keep their margins
+  bool carried = false;                ///< by a tool, as a part of the arm; other obstacles keep their margins
+  int tool = 0;                        ///< index of the tool that carries it
 };
 
 /// Where it is after t (s).

@@ -72,7 +72,7 @@ void measure(const Surface& surface, const std::vector<FittedSolid>& solids, Fit
 void judge(const UrdfChain& chain, const FitSettings& settings, const RowPairs& together, FitResult& result) {
   const RobotModel& model = result.model;
   const std::vector<Part> parts = make_parts(result.links, chain, 0);
-  const JointBox box(model, 0, model.dof());
+  const JointBox box(model);
   std::mt19937 random(settings.seed + 1);
   std::map<std::pair<int, int>, int> blame;
   for (int c = 0; c < settings.judged; ++c) {
@@ -98,7 +98,7 @@ void judge(const UrdfChain& chain, const FitSettings& settings, const RowPairs& 
       ++result.free;
       continue;
     }
-    if (parts_touch(parts, poses, together)) {
+    if (parts_touch(model, parts, poses, together)) {
       result.missed += !refused;
     } else {
       ++result.free;
@@ -131,7 +131,7 @@ bool choose_home(FitResult& result) {
   };
   if (room(model.home) > kRoom) return true;
   const JointVector middle = model.home;
-  const JointBox box(model, 0, model.dof());
+  const JointBox box(model);
   std::mt19937 random(1);
   for (int i = 1; i <= kTries; ++i) {
     JointVector q = middle + (static_cast<double>(i) / kTries) * (box.sample(random) - middle);
@@ -183,11 +183,11 @@ class Fitter {
 
   Status read_robot() {
     result_.robot.urdf = settings_.urdf;
-    result_.robot.tool_link = settings_.tip;
+    result_.robot.tools = tools_on(settings_.tip);
     Result<RobotModel> bare = load_robot(result_.robot);
     if (!bare) return bare.error();
     result_.model = *std::move(bare);
-    Result<UrdfChain> chain = read_urdf_chain(settings_.urdf, settings_.tip);
+    Result<UrdfChain> chain = read_urdf_chain(settings_.urdf, links_of(result_.robot.tools));
     if (!chain) return chain.error();
     chain_ = *std::move(chain);
     std::vector<UnreadElement> unread;
@@ -198,7 +198,7 @@ class Fitter {
       if (!(*read)->getLink(name)) return Error{fmt::format("{} has no link '{}'", file(), name)};
     }
     result_.robot.name = result_.model.name;
-    result_.robot.tool_link = chain_->tool_link;
+    for (std::size_t i = 0; i < chain_->tool_links.size(); ++i) result_.robot.tools[i].link = chain_->tool_links[i];
     result_.robot.locked = chain_->assumed;
     return read_links(**read);
   }
@@ -286,7 +286,7 @@ class Fitter {
         std::vector<Fitted> bodies = take(row);
         std::swap(bodies_[row], bodies);
         if (round == 0) continue;
-        const int refused = count_refused(bodies_, free_, left_out_);
+        const int refused = count_refused(result_.model, bodies_, free_, left_out_);
         if (refused <= least) {
           least = refused;
         } else {
@@ -294,7 +294,7 @@ class Fitter {
           bodies_[row] = std::move(bodies);
         }
       }
-      if (round == 0) least = count_refused(bodies_, free_, left_out_);
+      if (round == 0) least = count_refused(result_.model, bodies_, free_, left_out_);
     }
   }
 
@@ -302,8 +302,8 @@ class Fitter {
     const FittedLink& link = result_.links[row];
     const Surface& surface = rows_[row].surface;
     std::vector<CoverProbe> probes =
-        probes_of(row, parts_, round == 0 ? std::vector<std::vector<Fitted>>(rows_.size()) : bodies_, free_, left_out_,
-                  frame(link.link), settings_.seed);
+        probes_of(result_.model, row, parts_, round == 0 ? std::vector<std::vector<Fitted>>(rows_.size()) : bodies_,
+                  free_, left_out_, frame(link.link), settings_.seed);
     add_probes_around(link.parts, settings_.seed, probes);
     CoverSettings cover_settings;
     cover_settings.most = settings_.most;
@@ -350,7 +350,7 @@ class Fitter {
       });
     };
     for (const Body& a : result_.model.bodies) {
-      for (const Body& b : result_.model.bodies) result_.candidates += b.link >= a.link + 2;
+      for (const Body& b : result_.model.bodies) result_.candidates += may_be_pair(result_.model, a.link, b.link);
     }
     std::vector<BodyPair> parting = default_pairs(result_.model);
     erase_rows(parting, together_);

@@ -17,7 +17,7 @@ namespace steadyhand {
 /// The geometry to fit bodies to, and how.
 struct FitSettings {
   std::filesystem::path urdf;
-  std::string tip;  ///< tool link; empty: the end of the longest chain
+  std::string tip;  ///< links of tools, see tools_on(); empty: the end of the longest chain
   std::map<std::string, std::vector<std::filesystem::path>>
       meshes;           ///< by link: instead of the URDF's, in its mesh's frame
   int most = 4;         ///< bodies of a URDF link

@@ -7,6 +7,7 @@
 
 #include "steadyhand/geometry/robot/joint_search.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
+#include "steadyhand/geometry/robot/pairs.hpp"
 
 namespace steadyhand {
 
@@ -25,7 +26,7 @@ constexpr double kAroundWeight = 0.12;  // 1/m: share of free space that a metre
 Poses poses_at(const RobotModel& model, const JointVector& q) {
   Poses poses{Eigen::Isometry3d::Identity()};
   for (int k = 0; k < model.dof(); ++k) {
-    poses.push_back(poses.back() * model.joints[k].origin * motion(model.joints[k], q[k]));
+    poses.push_back(poses[model.parent(k)] * model.joints[k].origin * motion(model.joints[k], q[k]));
   }
   return poses;
 }
@@ -60,10 +61,10 @@ Nearest nearest_of(const Part& a, const Part& b, const Poses& poses, double enou
   return nearest_points(a.corners, b.corners, motion, enough);
 }
 
-bool parts_touch(const std::vector<Part>& parts, const Poses& poses, const RowPairs& but) {
+bool parts_touch(const RobotModel& model, const std::vector<Part>& parts, const Poses& poses, const RowPairs& but) {
   for (const Part& first : parts) {
     for (const Part& second : parts) {
-      if (second.link < first.link + 2 || but.contains({first.row, second.row})) continue;
+      if (!may_be_pair(model, first.link, second.link) || but.contains({first.row, second.row})) continue;
       if (nearest_of(first, second, poses, 0.0).distance <= 0.0) return true;
     }
   }
@@ -75,10 +76,10 @@ RowPairs links_together(const RobotModel& model, const std::vector<Part>& parts,
   RowPairs together;
   for (const Part& first : parts) {
     for (const Part& second : parts) {
-      if (second.link >= first.link + 2) together.emplace(first.row, second.row);
+      if (may_be_pair(model, first.link, second.link)) together.emplace(first.row, second.row);
     }
   }
-  const JointBox box(model, 0, model.dof());
+  const JointBox box(model);
   std::mt19937 random(seed);
   for (int look = 0; look < kLooks && !together.empty(); ++look) {
     const Poses poses = poses_at(model, box.sample(random));
@@ -98,13 +99,13 @@ RowPairs links_together(const RobotModel& model, const std::vector<Part>& parts,
 std::vector<Poses> free_poses(const RobotModel& model, const std::vector<Part>& parts, const RowPairs& together,
                               std::uint32_t seed, const std::function<void(double)>& progress) {
   constexpr int kProbed = 12'000;
-  const JointBox box(model, 0, model.dof());
+  const JointBox box(model);
   std::mt19937 random(seed);
   std::vector<Poses> free;
   for (int c = 0; c < kProbed; ++c) {
     if (c % 500 == 0) progress(static_cast<double>(c) / kProbed);
     Poses poses = poses_at(model, box.sample(random));
-    if (!parts_touch(parts, poses, together)) free.push_back(std::move(poses));
+    if (!parts_touch(model, parts, poses, together)) free.push_back(std::move(poses));
   }
   return free;
 }
@@ -120,7 +121,8 @@ RowPairs links_apart(const RobotModel& model, const std::vector<Part>& parts) {
   RowPairs apart;
   for (const auto& [a, link_a] : links) {
     for (const auto& [b, link_b] : links) {
-      if (link_b == link_a + 2 && !parts_may_meet(model, link_a, corners[a], link_b, corners[b], kClear))
+      if (link_a < link_b && way_between(model, link_a, link_b).size() == 2 &&
+          !parts_may_meet(model, link_a, corners[a], link_b, corners[b], kClear))
         apart.emplace(a, b);
     }
   }
@@ -151,10 +153,11 @@ std::vector<Fitted> cores_of(const std::vector<FittedSolid>& solids, std::size_t
   return fitted;
 }
 
-std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& parts,
+std::vector<CoverProbe> probes_of(const RobotModel& model, std::size_t row, const std::vector<Part>& parts,
                                   const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
                                   const RowPairs& left_out, const UrdfChain::Frame& frame, std::uint32_t seed) {
   std::vector<CoverProbe> probes;
+  const auto may_touch = [&](int a, int b) { return may_be_pair(model, std::min(a, b), std::max(a, b)); };
   for (const Poses& poses : free) {
     const Eigen::Isometry3d X_frame_base = (poses[frame.link] * frame.X_link_frame).inverse();
     for (std::size_t other = 0; other < bodies.size(); ++other) {
@@ -164,7 +167,7 @@ std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& part
       for (const Part& own : parts) {
         if (own.row != row) continue;
         for (const Fitted& body : bodies[other]) {
-          if (std::abs(body.link - own.link) < 2) continue;
+          if (!may_touch(body.link, own.link)) continue;
           const Nearest found = nearest_of(own, body, poses, kNear + body.radius);
           const double room = found.distance - body.radius;
           if (room > kNear || room >= nearest.limit) continue;
@@ -174,7 +177,7 @@ std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& part
         }
         if (!bodies[other].empty()) continue;
         for (const Part& part : parts) {
-          if (part.row != other || std::abs(part.link - own.link) < 2) continue;
+          if (part.row != other || !may_touch(part.link, own.link)) continue;
           const Nearest found = nearest_of(own, part, poses, kNear);
           if (found.distance > kNear || found.distance <= 0.0 || kPartner * found.distance >= nearest.limit) continue;
           const Vector3 beyond = kBall * (found.second - found.first) / found.distance;
@@ -242,8 +245,8 @@ void add_probes_around(const std::vector<Hull>& parts, std::uint32_t seed, std::
   }
 }
 
-int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
-                  const RowPairs& left_out) {
+int count_refused(const RobotModel& model, const std::vector<std::vector<Fitted>>& bodies,
+                  const std::vector<Poses>& free, const RowPairs& left_out) {
   int refused = 0;
   for (const Poses& poses : free) {
     bool touches = false;
@@ -252,7 +255,7 @@ int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vec
         if (left_out.contains({a, b})) continue;
         for (const Fitted& first : bodies[a]) {
           for (const Fitted& second : bodies[b]) {
-            if (touches || second.link < first.link + 2) continue;
+            if (touches || !may_be_pair(model, first.link, second.link)) continue;
             const double reach = first.radius + second.radius;
             touches = nearest_of(first, second, poses, reach).distance < reach;
           }

@@ -34,7 +34,7 @@ std::vector<Part> make_parts(const std::vector<FittedLink>& links, const UrdfCha
 Nearest nearest_of(const Part& a, const Part& b, const Poses& poses, double enough);
 
 /// Whether convex parts of two links that are not neighbours touch. The pairs of rows in `but` are not checked.
-bool parts_touch(const std::vector<Part>& parts, const Poses& poses, const RowPairs& but);
+bool parts_touch(const RobotModel& model, const std::vector<Part>& parts, const Poses& poses, const RowPairs& but);
 
 /// Pairs of rows whose convex parts touch in each of some random configurations, e.g. a shoulder in its torso's shell:
 /// the arm cannot avoid it.
@@ -57,7 +57,7 @@ std::vector<Fitted> cores_of(const std::vector<FittedSolid>& solids, std::size_t
 
 /// Where other links come near one of them: near their bodies if they have some, otherwise near their convex parts.
 /// @param bodies by row
-std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& parts,
+std::vector<CoverProbe> probes_of(const RobotModel& model, std::size_t row, const std::vector<Part>& parts,
                                   const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
                                   const RowPairs& left_out, const UrdfChain::Frame& frame, std::uint32_t seed);
 
@@ -65,7 +65,7 @@ std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& part
 void add_probes_around(const std::vector<Hull>& parts, std::uint32_t seed, std::vector<CoverProbe>& probes);
 
 /// Configurations that the bodies refuse.
-int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
-                  const RowPairs& left_out);
+int count_refused(const RobotModel& model, const std::vector<std::vector<Fitted>>& bodies,
+                  const std::vector<Poses>& free, const RowPairs& left_out);
 
 }  // namespace steadyhand

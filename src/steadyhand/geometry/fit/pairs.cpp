@@ -1,10 +1,11 @@
+#include "steadyhand/geometry/robot/pairs.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "steadyhand/geometry/collision/proximity.hpp"
 #include "steadyhand/geometry/fit/fit.hpp"
-#include "steadyhand/geometry/robot/kinematics.hpp"
 
 namespace steadyhand {
 
@@ -24,15 +25,18 @@ class NearSearch {
   /// @param turned m, of the same from the axis of the last joint
   NearSearch(const RobotModel& model, int first, int last, double furthest, double turned, double margin,
              const Distance& distance)
-      : model_(model), first_(first), last_(last), margin_(margin), distance_(distance) {
-    const int count = last - first;
+      : model_(model), way_(way_between(model, first, last)), margin_(margin), distance_(distance) {
+    const int count = static_cast<int>(way_.size());
     middle_.resize(count);
     half_.resize(count);
     reach_.resize(count);
     double behind = furthest;
     for (int k = count - 1; k >= 0; --k) {
-      const Joint& joint = model.joints[first + k];
-      const double low = model.position_min[first + k], high = model.position_max[first + k];
+      const auto [index, sign] = way_[k];
+      const Joint& joint = model.joints[index];
+      const double low = model.position_min[index], high = model.position_max[index];
+      // Where the way goes towards the base, the joint's frame is behind its origin.
+      if (sign < 0.0) behind += joint.origin.translation().norm();
       middle_[k] = 0.5 * (low + high);
       half_[k] = 0.5 * (high - low);
       if (joint.type == JointType::kPrismatic) {
@@ -42,7 +46,7 @@ class NearSearch {
         half_[k] = std::min(half_[k], M_PI);
         reach_[k] = k == count - 1 ? turned : behind;
       }
-      behind += joint.origin.translation().norm();
+      if (sign > 0.0) behind += joint.origin.translation().norm();
     }
   }
 
@@ -52,8 +56,7 @@ class NearSearch {
  private:
   bool search(const JointVector& middle, const JointVector& half, int& steps) {
     if (--steps < 0) return true;
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    for (int k = first_; k < last_; ++k) T = T * model_.joints[k].origin * motion(model_.joints[k], middle[k - first_]);
+    const Eigen::Isometry3d T = pose_along(model_, way_, middle);
     const JointVector moves = half.cwiseProduct(reach_);
     const double there = distance_(T, margin_ + moves.sum());
     if (there < margin_) return true;
@@ -69,7 +72,7 @@ class NearSearch {
   }
 
   const RobotModel& model_;
-  int first_, last_;
+  std::vector<SignedJoint> way_;
   double margin_;
   const Distance& distance_;
   JointVector middle_, half_, reach_;  // reach: m that a point of the second moves at most for joint velocity 1

@@ -6,7 +6,7 @@
 
 #include "steadyhand/geometry/fit/cover.hpp"
 #include "steadyhand/geometry/fit/fit.hpp"
-#include "steadyhand/geometry/robot/kinematics.hpp"
+#include "steadyhand/geometry/fit/free_space.hpp"
 
 namespace steadyhand {
 
@@ -139,15 +139,20 @@ std::string robot_file(const FitResult& result, const std::string& command, cons
                                            command, costs(result)));
   text += fmt::format("\nname: {}\nurdf: {}\n", word(robot.name),
                       word(error || urdf.empty() ? robot.urdf.string() : urdf.string()));
-  text += fmt::format("\ntool:\n  link: {}\n  xyz: [0.0, 0.0, 0.0]\n  rpy: [0.0, 0.0, 0.0]\n", word(robot.tool_link));
+  const bool several = robot.tools.size() > 1;
+  text += several ? "\ntools:\n" : "\ntool:\n";
+  for (const RobotSettings::ToolOnLink& tool : robot.tools) {
+    const char* indent = several ? "    " : "  ";
+    if (several) text += fmt::format("  {}:\n", word(tool.name));
+    text += fmt::format("{0}link: {1}\n{0}xyz: [0.0, 0.0, 0.0]\n{0}rpy: [0.0, 0.0, 0.0]\n", indent, word(tool.link));
+  }
   if (!robot.locked.empty()) {
     text += "\n# Moving joints outside the chain: set their positions.\nlocked:\n";
     for (const auto& [joint, value] : robot.locked) text += fmt::format("  {}: {:.6g}\n", word(joint), value);
   }
-  if (robot.home) {
+  if (const auto* home = robot.home ? std::get_if<std::vector<double>>(&*robot.home) : nullptr) {
     text += "\n# The middle of the limits would touch itself.\nhome: [";
-    for (std::size_t k = 0; k < robot.home->size(); ++k)
-      text += fmt::format("{}{:.3f}", k > 0 ? ", " : "", (*robot.home)[k]);
+    for (std::size_t k = 0; k < home->size(); ++k) text += fmt::format("{}{:.3f}", k > 0 ? ", " : "", (*home)[k]);
     text += "]\n";
   }
   text += "\nbodies:\n";
@@ -183,9 +188,7 @@ std::string fit_picture(const FitResult& result) {
   constexpr double kScale = 600.0, kBorder = 30.0;  // pixels per m, pixels
   constexpr const char* kColors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9",
                                      "#e69f00", "#4d4d4d", "#8c6d00", "#332288"};
-  std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d::Identity()};
-  for (int k = 0; k < model.dof(); ++k)
-    poses.push_back(poses.back() * model.joints[k].origin * motion(model.joints[k], model.home[k]));
+  const Poses poses = poses_at(model, model.home);
   std::string drawn;
   double x = kBorder, height = 0.0;
   for (const View& view : views) {

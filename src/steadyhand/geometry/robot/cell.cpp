@@ -78,8 +78,8 @@ Result<CellObject*> find(Cell& cell, const std::string& name, bool attached) {
   return &*object;
 }
 
-Eigen::Isometry3d tool_pose(const Kinematics& arm) {
-  return Eigen::Translation3d(arm.p()) * Eigen::Isometry3d(Quaternion(arm.R()));
+Eigen::Isometry3d tool_pose(const Kinematics& arm, int tool) {
+  return Eigen::Translation3d(arm.p(tool)) * Eigen::Isometry3d(Quaternion(arm.R(tool)));
 }
 
 }  // namespace
@@ -98,13 +98,14 @@ Status check_carried(const Cell& cell, const Kinematics& arm) {
   return Done{};
 }
 
-Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm) {
+Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm, int tool) {
   cell = in_base(std::move(cell), arm.model());
   const Result<CellObject*> found = find(cell, name, false);
   if (!found) return found.error();
   CellObject& object = **found;
   if (object.holds_only_tool) return Error{fmt::format("object '{}' keeps the tool in, and cannot be carried", name)};
-  object.origin = tool_pose(arm).inverse() * object.origin;
+  object.origin = tool_pose(arm, tool).inverse() * object.origin;
+  object.tool = tool;
   object.velocity.setZero();
   object.attached = true;
   if (Status s = check_carried(cell, arm); !s) return s.error();
@@ -115,7 +116,7 @@ Result<Cell> detach(Cell cell, const std::string& name, const Kinematics& arm) {
   const Result<CellObject*> found = find(cell, name, true);
   if (!found) return found.error();
   CellObject& object = **found;
-  object.origin = tool_pose(arm) * object.origin;
+  object.origin = tool_pose(arm, object.tool) * object.origin;
   object.attached = false;
   object.in_root = false;
   return cell;
@@ -147,7 +148,11 @@ Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
     }
     if (const Status status = check(object.shape); !status) return refuse_object(status.error().message);
     Obstacle& obstacle = obstacles.list[obstacles.count++];
+    if (object.attached && (object.tool < 0 || object.tool >= model.tool_count()))
+      return refuse_object(
+          fmt::format("tool {} carries it; the tools are 0 to {}", object.tool, model.tool_count() - 1));
     obstacle.carried = object.attached;
+    obstacle.tool = object.attached ? object.tool : 0;
     obstacle.margin = object.attached ? 0.0 : object.margin;
     obstacle.shape = object.shape.inflated(obstacle.margin);
     obstacle.velocity = object.velocity;
@@ -155,7 +160,8 @@ Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
     if (const Status status = check(obstacle); !status) return refuse_object(status.error().message);
     if (object.holds_only_tool) {
       for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (model.bodies[i].link != model.dof()) obstacle.ignores.set(i);
+        const auto carries = [&](const Tool& tool) { return tool.link == model.bodies[i].link; };
+        if (std::none_of(model.tools.begin(), model.tools.end(), carries)) obstacle.ignores.set(i);
       }
     }
   }

@@ -17,11 +17,12 @@ struct CellObject {
   Vector3 velocity = Vector3::Zero();            ///< m/s, in the same frame
   double margin = 0.01;                          ///< m, kept around it
   std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm, or other objects if carried
-  bool holds_only_tool = false;                  ///< all but the bodies on the tool's link may touch it
+  bool holds_only_tool = false;                  ///< all but the bodies on the tools' links may touch it
   /// The tool carries it: origin is in the tool's frame, and it moves with the arm as a part of it, without its own
   /// velocity or margin. Bodies on the tool's link may touch it.
   bool attached = false;
   std::string color{};  ///< "#rrggbb" on the page; empty: the page's own; "none": not drawn
+  int tool = 0;         ///< index of the tool that carries it
 };
 
 /// Obstacles of an arm, by name.
@@ -40,10 +41,10 @@ Cell cell_after(Cell cell, double t);
 /// must not touch it, which no motion might bring apart. Call set_position before.
 Status check_carried(const Cell& cell, const Kinematics& arm);
 
-/// The cell with this object attached to the tool, or released, at its present pose. Fails if the cell has no object of
-/// this name, if it is carried already, or is not, on half-spaces, and as check_carried. Call set_position
+/// The cell with this object attached to a tool (its index), or released, at its present pose. Fails if the cell has no
+/// object of this name, if it is carried already, or is not, on half-spaces, and as check_carried. Call set_position
 /// before.
-Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm);
+Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm, int tool = 0);
 /// The same, back.
 Result<Cell> detach(Cell cell, const std::string& name, const Kinematics& arm);
 

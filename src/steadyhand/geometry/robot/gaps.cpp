@@ -7,7 +7,7 @@ namespace steadyhand {
 Solid solid(const Kinematics& arm, const Obstacles& obstacles, int index) {
   if (index < kMaxBodies) return {arm.model().bodies[index].shape, arm.model().bodies[index].link, arm.body(index)};
   const Obstacle& carried = obstacles.list[index - kMaxBodies];
-  return {carried.shape, arm.dof(), on_tool(arm, carried.at)};
+  return {carried.shape, arm.model().tools[carried.tool].link, placed_on_tool(arm, carried)};
 }
 
 double gap(const Kinematics& arm, const BodyPair& pair) {
@@ -21,7 +21,7 @@ double gap(const Kinematics& arm, int body, const Shape& other, const Placed& th
 }
 
 double carried_gap(const Kinematics& arm, int body, const Obstacle& carried) {
-  return distance(arm.model().bodies[body].shape, arm.body(body), carried.shape, on_tool(arm, carried.at));
+  return distance(arm.model().bodies[body].shape, arm.body(body), carried.shape, placed_on_tool(arm, carried));
 }
 
 NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int obstacle, double t) {

@@ -7,14 +7,16 @@
 
 namespace steadyhand {
 
-/// Where something is that the tool carries; `at` in the tool's frame. Call set_position before.
+/// Where an obstacle is that a tool carries. Call set_position before.
 template <typename Scalar>
-PlacedOf<Scalar> on_tool(const KinematicsOf<Scalar>& arm, const Placed& at) {
-  PlacedOf<Scalar> result{arm.p(), Matrix3Of<Scalar>()};
+PlacedOf<Scalar> placed_on_tool(const KinematicsOf<Scalar>& arm, const Obstacle& carried) {
+  const Matrix3Of<Scalar>& R = arm.R(carried.tool);
+  const Placed& at = carried.at;
+  PlacedOf<Scalar> result{arm.p(carried.tool), Matrix3Of<Scalar>()};
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) {
-      result.p[k] += arm.R()(k, i) * at.p[i];
-      result.R(k, i) = arm.R()(k, 0) * at.R(0, i) + arm.R()(k, 1) * at.R(1, i) + arm.R()(k, 2) * at.R(2, i);
+      result.p[k] += R(k, i) * at.p[i];
+      result.R(k, i) = R(k, 0) * at.R(0, i) + R(k, 1) * at.R(1, i) + R(k, 2) * at.R(2, i);
     }
   }
   return result;
@@ -44,8 +46,9 @@ template <typename F>
 void for_each_carried_pair(const RobotModel& model, const Obstacles& obstacles, const F& f) {
   for (int o = 0; o < obstacles.count; ++o) {
     if (!obstacles.list[o].carried) continue;
+    const int link = model.tools[obstacles.list[o].tool].link;
     for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
-      if (model.bodies[i].link < model.dof() && !obstacles.list[o].ignores[i]) f(i, o);
+      if (model.bodies[i].link != link && !obstacles.list[o].ignores[i]) f(i, o);
     }
   }
 }

@@ -2,16 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace steadyhand {
 
-JointBox::JointBox(const RobotModel& model, int first, int last)
-    : middle_(last - first), half_(last - first), full_turn_(last - first, false) {
+static std::vector<int> all_joints(const RobotModel& model) {
+  std::vector<int> joints(model.dof());
+  std::iota(joints.begin(), joints.end(), 0);
+  return joints;
+}
+
+JointBox::JointBox(const RobotModel& model) : JointBox(model, all_joints(model)) {}
+
+JointBox::JointBox(const RobotModel& model, const std::vector<int>& joints)
+    : middle_(joints.size()), half_(joints.size()), full_turn_(joints.size(), false) {
   for (int k = 0; k < size(); ++k) {
-    const double low = model.position_min[first + k], high = model.position_max[first + k];
+    const double low = model.position_min[joints[k]], high = model.position_max[joints[k]];
     middle_[k] = 0.5 * (low + high);
     half_[k] = 0.5 * (high - low);
-    if (model.joints[first + k].type == JointType::kRevolute && half_[k] >= M_PI) {
+    if (model.joints[joints[k]].type == JointType::kRevolute && half_[k] >= M_PI) {
       half_[k] = M_PI;
       full_turn_[k] = true;
     }

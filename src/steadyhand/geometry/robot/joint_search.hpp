@@ -7,12 +7,13 @@
 
 namespace steadyhand {
 
-/// The box of joints first..last-1 in which a function of the arm's geometry is searched. One turn of a revolute joint
+/// The box of some joints in which a function of the arm's geometry is searched. One turn of a revolute joint
 /// shows everything, so wider limits are cut to one turn about their middle.
 class JointBox {
  public:
-  /// @param last one behind the last joint
-  JointBox(const RobotModel& model, int first, int last);
+  /// @param joints their indices, in the order of the vectors here
+  JointBox(const RobotModel& model, const std::vector<int>& joints);
+  explicit JointBox(const RobotModel& model);  ///< all joints
 
   int size() const { return static_cast<int>(middle_.size()); }  ///< joints
   /// Anywhere in the box, evenly.

@@ -7,13 +7,26 @@
 #include <cmath>
 #include <map>
 
+#include "steadyhand/core/nearest.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/geometry/robot/model_check.hpp"
 #include "steadyhand/geometry/robot/pairs.hpp"
 #include "steadyhand/geometry/robot/urdf_chain.hpp"
 
 namespace steadyhand {
 
 namespace {
+
+Error refuse(const RobotModel& model, const std::string& reason) {
+  return {fmt::format("robot '{}': {}", model.name, reason)};
+}
+
+Status check_apart_at_home(const RobotModel& model, const NearestPair& nearest, const char* remedy) {
+  if (!(nearest.gap < 0.0)) return Done{};
+  return refuse(model, fmt::format("the home pose is in self-collision: bodies '{}' and '{}' overlap by {:.1f} mm; {}",
+                                   model.bodies[nearest.first].name, model.bodies[nearest.second].name,
+                                   -1e3 * nearest.gap, remedy));
+}
 
 /// Joins one robot's settings and chain, step by step; each step fills part of `model` or says why it cannot.
 class ModelBuilder {
@@ -23,7 +36,6 @@ class ModelBuilder {
   Status run() {
     model.name = settings_.name.empty() ? chain_.robot_name : settings_.name;
     model.meshes = settings_.meshes.empty() ? model.name : settings_.meshes;
-    model.gripper_time = settings_.gripper_time;
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
     model.assumptions = chain_.notes;
@@ -33,11 +45,11 @@ class ModelBuilder {
       model.assumptions.push_back(fmt::format(
           "joints outside the chain to '{}' are assumed stationary: {}; 'locked' in a robot file sets their position "
           "(docs/how-to/add-a-robot.md)",
-          chain_.tool_link, fmt::join(standing, ", ")));
+          fmt::join(chain_.tool_links, "' and '"), fmt::join(standing, ", ")));
     }
-    for (const auto step :
-         {&ModelBuilder::add_mount, &ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::note_soft_limits,
-          &ModelBuilder::add_home, &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
+    for (const auto step : {&ModelBuilder::add_mount, &ModelBuilder::add_tools, &ModelBuilder::add_limits,
+                            &ModelBuilder::note_soft_limits, &ModelBuilder::add_home, &ModelBuilder::add_bodies,
+                            &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
       if (Status status = (this->*step)(); !status) return status;
     }
     return Done{};
@@ -46,20 +58,28 @@ class ModelBuilder {
   RobotModel model;
 
  private:
-  Error refuse(const std::string& reason) const { return {fmt::format("robot '{}': {}", model.name, reason)}; }
+  Error refuse(const std::string& reason) const { return steadyhand::refuse(model, reason); }
   const char* unit(int k) const { return model.joints[k].type == JointType::kRevolute ? "rad" : "m"; }
 
   Status add_mount() {
     if (Status status = check_origin("the mount", settings_.mount); !status) return status;
     model.mount = settings_.mount;
-    model.joints.front().origin = model.mount * model.joints.front().origin;
+    for (int k = 0; k < model.dof(); ++k) {
+      if (model.parent(k) == 0) model.joints[k].origin = model.mount * model.joints[k].origin;
+    }
     return Done{};
   }
 
-  Status add_tool() {
-    const Eigen::Isometry3d& origin = settings_.tool_origin;
-    if (Status status = check_origin("the tool", origin); !status) return status;
-    model.tool = {settings_.tool_name, chain_.frames.at(chain_.tool_link).X_link_frame * origin};
+  Status add_tools() {
+    for (std::size_t i = 0; i < settings_.tools.size(); ++i) {
+      const auto& [name, link, origin, gripper_time] = settings_.tools[i];
+      if (Status status = check_origin(fmt::format("tool '{}'", name), origin); !status) return status;
+      for (const Tool& other : model.tools) {
+        if (other.name == name) return refuse(fmt::format("two tools are called '{}'; each needs another name", name));
+      }
+      const UrdfChain::Frame& frame = chain_.frames.at(chain_.tool_links[i]);
+      model.tools.push_back({name, frame.X_link_frame * origin, frame.link, gripper_time});
+    }
     return Done{};
   }
 
@@ -72,14 +92,28 @@ class ModelBuilder {
 
   /// One value per joint: the settings' or, where they say nothing, what `from_urdf(k)` finds.
   template <typename FromUrdf>
-  Status fill(const char* key, const std::optional<std::vector<double>>& given, const FromUrdf& from_urdf,
+  Status fill(const char* key, const std::optional<RobotSettings::PerJoint>& given, const FromUrdf& from_urdf,
               JointVector& values) const {
-    if (given && given->size() != static_cast<std::size_t>(model.dof())) {
-      return refuse(fmt::format("{} has {} numbers; the arm has {} joints", key, given->size(), model.dof()));
+    const auto* list = given ? std::get_if<0>(&*given) : nullptr;
+    const auto* named = given ? std::get_if<1>(&*given) : nullptr;
+    if (list && list->size() != static_cast<std::size_t>(model.dof())) {
+      return refuse(fmt::format("{} has {} numbers; the arm has {} joints", key, list->size(), model.dof()));
+    }
+    if (named) {
+      std::vector<std::string> names;
+      for (const Joint& joint : model.joints) names.push_back(joint.name);
+      for (const auto& [name, value] : *named) {
+        if (std::find(names.begin(), names.end(), name) == names.end())
+          return refuse(
+              fmt::format("{} names joint '{}', which does not move a tool; {}", key, name, suggestion(name, names)));
+      }
     }
     values.resize(model.dof());
     for (int k = 0; k < model.dof(); ++k) {
-      const std::optional<double> value = given ? std::optional((*given)[k]) : from_urdf(k);
+      const bool has_name = named && named->contains(model.joints[k].name);
+      const std::optional<double> value = list       ? std::optional((*list)[k])
+                                          : has_name ? std::optional(named->at(model.joints[k].name))
+                                                     : from_urdf(k);
       if (!value) {
         return refuse(fmt::format("joint '{}' has no limit {} in the URDF; add it there or to the robot file",
                                   model.joints[k].name, key));
@@ -201,12 +235,7 @@ class ModelBuilder {
   Status check_home() {
     Kinematics kinematics(model);
     kinematics.set_position(model.home);
-    const NearestPair nearest = nearest_pair(kinematics);
-    if (!(nearest.gap < 0.0)) return Done{};
-    return refuse(
-        fmt::format("the home pose is in self-collision: bodies '{}' and '{}' overlap by {:.1f} mm; choose "
-                    "another home pose",
-                    model.bodies[nearest.first].name, model.bodies[nearest.second].name, -1e3 * nearest.gap));
+    return check_apart_at_home(model, nearest_pair(kinematics), "choose another home pose");
   }
 
   const RobotSettings& settings_;
@@ -228,7 +257,7 @@ void add_doubts_about_units(const RobotModel& model, std::vector<std::string>& d
       large.push_back(fmt::format("{} {:.4g} to {:.4g} {}", joint.name, low, high, turns ? "rad" : "m"));
     if (turns && model.velocity_max[k] > kFastestJoint)
       large.push_back(fmt::format("{} {:.4g} rad/s", joint.name, model.velocity_max[k]));
-    if (k > 0) length += joint.origin.translation().norm();
+    if (model.parent(k) > 0) length += joint.origin.translation().norm();
   }
   if (!large.empty()) {
     doubts.push_back(fmt::format(
@@ -243,10 +272,115 @@ void add_doubts_about_units(const RobotModel& model, std::vector<std::string>& d
   }
 }
 
+/// Adds an arm, its joints behind those that are there, to others on one base.
+void join(const RobotModel& arm, const std::string& prefix, RobotModel& all) {
+  const int links = all.dof(), bodies = static_cast<int>(all.bodies.size());
+  const auto moved = [&](int link) { return link == 0 ? 0 : links + link; };
+  for (int k = 0; k < arm.dof(); ++k) {
+    Joint& joint = all.joints.emplace_back(arm.joints[k]);
+    joint.name = prefix + joint.name;
+    joint.parent = moved(arm.parent(k));
+    if (joint.parent == links + k) joint.parent = Joint::kBefore;
+    all.link_names.push_back(prefix + arm.link_names[k + 1]);
+  }
+  for (const auto member : {&RobotModel::home, &RobotModel::position_min, &RobotModel::position_max,
+                            &RobotModel::velocity_max, &RobotModel::acceleration_max}) {
+    JointVector& joined = all.*member;
+    joined.conservativeResize(all.dof());
+    joined.tail(arm.dof()) = arm.*member;
+  }
+  Tool& tool = all.tools.emplace_back(arm.tool());
+  tool.name = prefix.substr(0, prefix.size() - 1);
+  tool.link = moved(tool.link);
+  for (const Body& body : arm.bodies)
+    all.bodies.push_back({prefix + body.name, moved(body.link), body.shape, body.origin});
+  for (const auto& [first, second] : arm.pairs) all.pairs.emplace_back(bodies + first, bodies + second);
+  for (const std::string& line : arm.assumptions)
+    all.assumptions.push_back(fmt::format("arm '{}': {}", tool.name, line));
+}
+
+/// Bodies of two arms, or of an arm and the base, that are nearest at home. Between two arms each body counts: where
+/// they overlap in every configuration no pair does.
+NearestPair nearest_at_home(const RobotModel& model, const std::vector<int>& owners) {
+  Kinematics kinematics(model);
+  kinematics.set_position(model.home);
+  NearestPair nearest = nearest_pair(kinematics);
+  for (int i = 0; i < std::ssize(owners); ++i) {
+    for (int k = i + 1; k < std::ssize(owners); ++k) {
+      if (owners[i] == owners[k] || owners[i] == 0) continue;
+      if (const double here = gap(kinematics, {i, k}); here < nearest.gap) nearest = {i, k, here};
+    }
+  }
+  return nearest;
+}
+
+Result<RobotModel> load_arms(const RobotSettings& settings) {
+  RobotModel model;
+  model.name = settings.name;
+  model.meshes = settings.meshes.empty() ? model.name : settings.meshes;
+  model.link_names = {kBaseLink};
+  const auto refuse = [&](const std::string& reason) { return steadyhand::refuse(model, reason); };
+  if (settings.arms.size() != kMaxTools)
+    return refuse(fmt::format("it must have {} arms, not {}", kMaxTools, settings.arms.size()));
+  for (const RobotSettings::BodyOnLink& body : settings.bodies) {
+    if (body.link != kBaseLink)
+      return refuse(fmt::format("body '{}' is on link '{}'; those next to arms are on link '{}'", body.name, body.link,
+                                kBaseLink));
+    model.bodies.push_back({body.name, 0, body.shape, body.origin});
+  }
+  std::vector<int> owners(model.bodies.size(), 0);  // of each body: 0 the base, then the arms
+  for (const RobotSettings& arm : settings.arms) {
+    Result<RobotModel> loaded = load_robot(arm);
+    if (!loaded) return Error{fmt::format("arm '{}': {}", arm.name, loaded.error().message)};
+    if (loaded->tool_count() != 1)
+      return refuse(fmt::format("arm '{}' has {} tools; it must have one", arm.name, loaded->tool_count()));
+    if (model.dof() + loaded->dof() > kMaxJoints)
+      return refuse(fmt::format("the arms have {} joints together; at most {} are possible",
+                                model.dof() + loaded->dof(), kMaxJoints));
+    join(*loaded, arm.name + "_", model);
+    owners.resize(model.bodies.size(), model.tool_count());
+  }
+  const std::vector<BodyPair> between =
+      default_pairs(model, [&](int first, int second) { return owners[first] != owners[second]; });
+  model.pairs.insert(model.pairs.end(), between.begin(), between.end());
+  std::sort(model.pairs.begin(), model.pairs.end());
+  if (const Status status = check(model); !status) return status.error();
+  if (const Status status =
+          check_apart_at_home(model, nearest_at_home(model, owners), "choose other mounts or home poses of the arms");
+      !status)
+    return status.error();
+  return model;
+}
+
 }  // namespace
 
+std::vector<RobotSettings::ToolOnLink> tools_on(const std::string& tips) {
+  std::vector<RobotSettings::ToolOnLink> tools(1);
+  for (const char c : tips) {
+    if (c == ',') {
+      tools.emplace_back();
+    } else {
+      tools.back().link += c;
+    }
+  }
+  for (std::size_t i = 0; tools.size() > 1 && i < tools.size(); ++i) tools[i].name = tools[i].link;
+  return tools;
+}
+
+std::vector<std::string> links_of(const std::vector<RobotSettings::ToolOnLink>& tools) {
+  std::vector<std::string> links;
+  for (const RobotSettings::ToolOnLink& tool : tools) links.push_back(tool.link);
+  return links;
+}
+
 Result<RobotModel> load_robot(const RobotSettings& settings) {
-  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link, settings.locked, settings.xacro);
+  if (!settings.arms.empty()) return load_arms(settings);
+  if (settings.tools.empty() || settings.tools.size() > kMaxTools) {
+    return Error{
+        fmt::format("robot '{}' has {} tools; it must have 1 to {}", settings.name, settings.tools.size(), kMaxTools)};
+  }
+  const Result<UrdfChain> chain =
+      read_urdf_chain(settings.urdf, links_of(settings.tools), settings.locked, settings.xacro);
   if (!chain) return chain.error();
   ModelBuilder builder(settings, *chain);
   if (Status status = builder.run(); !status) return status.error();
@@ -263,12 +397,13 @@ std::vector<std::string> doubts_about(const RobotModel& model) {
   add_doubts_about_units(model, doubts);
   Kinematics kinematics(model);
   kinematics.set_position(model.home);
-  const double tilt = 180.0 / M_PI * std::acos(std::clamp(kinematics.R()(2, 2), -1.0, 1.0));
-  if (tilt > kUpright) {
+  for (int i = 0; i < model.tool_count(); ++i) {
+    const double tilt = 180.0 / M_PI * std::acos(std::clamp(kinematics.R(i)(2, 2), -1.0, 1.0));
+    if (tilt <= kUpright) continue;
     doubts.push_back(
         fmt::format("at home the glass of {} leans by {:.0f} degrees: it is empty from the start; tool and "
                     "home define how it is held (docs/how-to/add-a-robot.md)",
-                    model.name, tilt));
+                    model.tool_count() > 1 ? model.tools[i].name : model.name, tilt));
   }
   return doubts;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace steadyhand {
@@ -20,7 +21,12 @@ Status check_joints(const RobotModel& model) {
   if (n < 1 || n > kMaxJoints) {
     return Error{fmt::format("robot '{}' has {} joints; it must have 1 to {}", model.name, n, kMaxJoints)};
   }
-  for (const Joint& joint : model.joints) {
+  for (int k = 0; k < n; ++k) {
+    const Joint& joint = model.joints[k];
+    if (model.parent(k) < 0 || model.parent(k) > k) {
+      return Error{fmt::format("robot '{}': joint '{}' has parent link {}; it must be 0 to {}, a link before its own",
+                               model.name, joint.name, joint.parent, k)};
+    }
     if (!(std::abs(joint.axis.norm() - 1.0) <= kUnitTolerance)) {
       return Error{fmt::format("robot '{}': the axis of joint '{}' is [{}, {}, {}]; it must have length 1", model.name,
                                joint.name, joint.axis.x(), joint.axis.y(), joint.axis.z())};
@@ -32,11 +38,33 @@ Status check_joints(const RobotModel& model) {
   }
   if (!is_rigid(model.mount))
     return Error{fmt::format("robot '{}': the mount is no rotation and finite position", model.name)};
-  if (!is_rigid(model.tool.origin))
-    return Error{fmt::format("robot '{}': the tool's origin is no rotation and finite position", model.name)};
   if (static_cast<int>(model.link_names.size()) != n + 1) {
     return Error{fmt::format("robot '{}' has {} link_names; it must have {}, one more than joints", model.name,
                              model.link_names.size(), n + 1)};
+  }
+  return Done{};
+}
+
+Status check_tools(const RobotModel& model) {
+  if (model.tools.empty() || model.tool_count() > kMaxTools) {
+    return Error{
+        fmt::format("robot '{}' has {} tools; it must have 1 to {}", model.name, model.tools.size(), kMaxTools)};
+  }
+  for (const Tool& tool : model.tools) {
+    const std::string where = fmt::format("robot '{}': tool '{}'", model.name, tool.name);
+    if (tool.link < 1 || tool.link > model.dof())
+      return Error{fmt::format("{} is on link {}; the links that move are 1 to {}", where, tool.link, model.dof())};
+    if (!is_rigid(tool.origin)) return Error{where + " has an origin that is no rotation and finite position"};
+    for (const Tool& other : model.tools) {
+      if (&other == &tool) continue;
+      if (other.name == tool.name)
+        return Error{
+            fmt::format("robot '{}': two tools are called '{}'; each needs another name", model.name, tool.name)};
+      const std::vector<int> chain = model.chain(other.link);
+      if (std::find(chain.begin(), chain.end(), tool.link - 1) == chain.end()) continue;
+      return Error{fmt::format("{} and tool '{}' are on one chain; each must have a joint that moves it alone", where,
+                               other.name)};
+    }
   }
   return Done{};
 }
@@ -94,8 +122,17 @@ Status check_bodies(const RobotModel& model) {
 
 Status check(const RobotModel& model) {
   if (Status s = check_joints(model); !s) return s;
+  if (Status s = check_tools(model); !s) return s;
   if (Status s = check_numbers(model); !s) return s;
   return check_bodies(model);
+}
+
+Status check_one_tool(const RobotModel& model) {
+  if (model.tool_count() == 1) return Done{};
+  return Error{
+      fmt::format("robot '{}' has {} tools. A session follows one hand: take a robot with one arm. 'describe' "
+                  "and 'solve', and Planner in C++, take robots with several",
+                  model.name, model.tool_count())};
 }
 
 }  // namespace steadyhand

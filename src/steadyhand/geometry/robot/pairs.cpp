@@ -13,13 +13,6 @@ namespace {
 constexpr int kPartingSamples = 1000;
 constexpr int kPartingAscents = 4;
 
-/// Pose of link `last` in link `first` with the joints between them at q.
-Eigen::Isometry3d pose_between(const RobotModel& model, int first, int last, const JointVector& q) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  for (int k = first; k < last; ++k) T = T * model.joints[k].origin * motion(model.joints[k], q[k - first]);
-  return T;
-}
-
 /// m, positive when the bodies are apart; see proximity_value.
 double separation(const RobotModel& model, const BodyPair& pair, const Eigen::Isometry3d& T) {
   const auto placed = [](const Eigen::Isometry3d& origin) { return Placed{origin.translation(), origin.linear()}; };
@@ -41,19 +34,25 @@ void remember(Candidate& candidate, double value, const JointVector& q) {
   if (best.size() > kPartingAscents) best.pop_back();
 }
 
-/// Appends those of the pairs between two links that can come apart.
-void add_pairs_that_part(const RobotModel& model, int first, int last, std::vector<BodyPair>& result) {
+/// Appends those of the wanted pairs between two links that can come apart.
+void add_pairs_that_part(const RobotModel& model, int first, int last, const std::function<bool(int, int)>& wanted,
+                         std::vector<BodyPair>& result) {
   std::vector<Candidate> candidates;
   for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
     for (int j = 0; j < static_cast<int>(model.bodies.size()); ++j) {
-      if (model.bodies[i].link == first && model.bodies[j].link == last) candidates.push_back({{i, j}, {}});
+      if (model.bodies[i].link != first || model.bodies[j].link != last) continue;
+      if (!wanted || wanted(i, j)) candidates.push_back({{i, j}, {}});
     }
   }
-  const JointBox box(model, first, last);
+  if (candidates.empty()) return;
+  const std::vector<SignedJoint> way = way_between(model, first, last);
+  std::vector<int> joints;
+  for (const SignedJoint& each : way) joints.push_back(each.joint);
+  const JointBox box(model, joints);
   std::mt19937 random(1);
   for (int s = 0; s < kPartingSamples && !candidates.empty(); ++s) {
     const JointVector q = box.sample(random);
-    const Eigen::Isometry3d T = pose_between(model, first, last, q);
+    const Eigen::Isometry3d T = pose_along(model, way, q);
     std::erase_if(candidates, [&](Candidate& candidate) {
       const double value = separation(model, candidate.pair, T);
       if (value > 0.0) {
@@ -66,7 +65,7 @@ void add_pairs_that_part(const RobotModel& model, int first, int last, std::vect
   }
   for (const Candidate& candidate : candidates) {
     const auto value = [&](const JointVector& q) {
-      return separation(model, candidate.pair, pose_between(model, first, last, q));
+      return separation(model, candidate.pair, pose_along(model, way, q));
     };
     for (const auto& [start_value, start] : candidate.best) {
       if (value(box.ascend(start, value)) > 0.0) {
@@ -79,10 +78,22 @@ void add_pairs_that_part(const RobotModel& model, int first, int last, std::vect
 
 }  // namespace
 
-std::vector<BodyPair> default_pairs(const RobotModel& model) {
+Eigen::Isometry3d pose_along(const RobotModel& model, const std::vector<SignedJoint>& way, const JointVector& q) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (std::size_t k = 0; k < way.size(); ++k) {
+    const Joint& joint = model.joints[way[k].joint];
+    const Eigen::Isometry3d step = joint.origin * motion(joint, q[static_cast<Eigen::Index>(k)]);
+    T = T * (way[k].sign > 0.0 ? step : step.inverse());
+  }
+  return T;
+}
+
+std::vector<BodyPair> default_pairs(const RobotModel& model, const std::function<bool(int, int)>& wanted) {
   std::vector<BodyPair> pairs;
   for (int first = 0; first <= model.dof(); ++first) {
-    for (int last = first + 2; last <= model.dof(); ++last) add_pairs_that_part(model, first, last, pairs);
+    for (int last = first + 1; last <= model.dof(); ++last) {
+      if (may_be_pair(model, first, last)) add_pairs_that_part(model, first, last, wanted, pairs);
+    }
   }
   std::sort(pairs.begin(), pairs.end());
   return pairs;

@@ -13,10 +13,11 @@ constexpr int kReachSamples = 20000;
 constexpr int kReachAscents = 8;
 constexpr double kMargin = 1e-4;  // m
 
-Vector3 tool_position(const RobotModel& model, const JointVector& q) {
-  Vector3 p = model.tool.origin.translation();
-  for (int k = model.dof() - 1; k >= 0; --k) {
-    const Joint& joint = model.joints[k];
+/// @param q of the chain's joints
+Vector3 tool_position(const RobotModel& model, const Tool& tool, const std::vector<int>& chain, const JointVector& q) {
+  Vector3 p = tool.origin.translation();
+  for (int k = static_cast<int>(chain.size()) - 1; k >= 0; --k) {
+    const Joint& joint = model.joints[chain[k]];
     if (joint.type == JointType::kPrismatic) {
       p += q[k] * joint.axis;
     } else {  // Rodrigues: a matrix for each joint takes four times as long
@@ -51,20 +52,24 @@ double best_along_axis(const std::vector<Vector3>& points, const Vector3& origin
 
 }  // namespace
 
-Reach compute_reach(const RobotModel& model) {
-  const JointBox box(model, 0, model.dof());
+Reach compute_reach(const RobotModel& model, int index) {
+  const Tool& tool = model.tools[index];
+  const std::vector<int> chain = model.chain(tool.link);
+  const JointBox box(model, chain);
   std::mt19937 random(1);
   std::vector<JointVector> samples(kReachSamples);
   std::vector<Vector3> points(kReachSamples);
   for (int i = 0; i < kReachSamples; ++i) {
     samples[i] = box.sample(random);
-    points[i] = tool_position(model, samples[i]);
+    points[i] = tool_position(model, tool, chain, samples[i]);
   }
-  const Joint& first = model.joints[0];
+  const Joint& first = model.joints[chain[0]];
   const Vector3 origin = first.origin.translation(), axis = first.origin.linear() * first.axis;
   Reach reach{origin + best_along_axis(points, origin, axis) * axis, 0.0};
 
-  const auto distance = [&](const JointVector& q) { return (tool_position(model, q) - reach.center).norm(); };
+  const auto distance = [&](const JointVector& q) {
+    return (tool_position(model, tool, chain, q) - reach.center).norm();
+  };
   std::vector<int> order(kReachSamples);
   for (int i = 0; i < kReachSamples; ++i) order[i] = i;
   std::partial_sort(order.begin(), order.begin() + kReachAscents, order.end(), [&](int a, int b) {

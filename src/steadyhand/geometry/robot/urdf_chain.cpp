@@ -258,7 +258,8 @@ Status add_frames(const std::string& file, const urdf::ModelInterface& model, co
     UrdfChain::Frame frame;
     for (const urdf::Joint* joint : path_to(model, *link)) {
       if (on_chain.contains(joint) && moves(*joint)) {
-        frame = {frame.link + 1, Eigen::Isometry3d::Identity()};
+        const auto moved = std::find(chain.link_names.begin(), chain.link_names.end(), joint->child_link_name);
+        frame = {static_cast<int>(moved - chain.link_names.begin()), Eigen::Isometry3d::Identity()};
         continue;
       }
       frame.X_link_frame = frame.X_link_frame * to_eigen(joint->parent_to_joint_origin_transform);
@@ -272,9 +273,67 @@ Status add_frames(const std::string& file, const urdf::ModelInterface& model, co
   return Done{};
 }
 
+/// The links that carry the tools.
+Result<std::vector<const urdf::Link*>> find_tools(const std::string& file, const urdf::ModelInterface& model,
+                                                  const std::vector<std::string>& names) {
+  if (names.empty() || names == std::vector<std::string>{""}) return std::vector{arm_end(model)};
+  std::vector<const urdf::Link*> tools;
+  for (const std::string& name : names) {
+    tools.push_back(model.getLink(name).get());
+    if (tools.back() != nullptr) continue;
+    std::vector<std::string> known;
+    for (const auto& [link, pointer] : model.links_) known.push_back(link);
+    return Error{fmt::format("{} has no link '{}' to carry the tool; {}", file, name, suggestion(name, known))};
+  }
+  return tools;
+}
+
+/// Adds the moving joints on the way to a tool that are not there yet.
+Status add_way(const std::string& file, const std::vector<const urdf::Joint*>& way, UrdfChain& chain) {
+  int parent = 0;
+  Eigen::Isometry3d X_link_parent = Eigen::Isometry3d::Identity();
+  for (const urdf::Joint* urdf_joint : way) {
+    if (!moves(*urdf_joint)) {
+      X_link_parent = X_link_parent * to_eigen(urdf_joint->parent_to_joint_origin_transform);
+      continue;
+    }
+    const auto known = std::find(chain.link_names.begin(), chain.link_names.end(), urdf_joint->child_link_name);
+    const int link = static_cast<int>(known - chain.link_names.begin());
+    if (known == chain.link_names.end()) {
+      Result<Joint> joint = read_joint(file, *urdf_joint, X_link_parent);
+      if (!joint) return joint.error();
+      if (parent != link - 1) joint->parent = parent;
+      chain.joints.push_back(*joint);
+      chain.limits.push_back(read_limits(*urdf_joint));
+      chain.link_names.push_back(urdf_joint->child_link_name);
+    }
+    parent = link;
+    X_link_parent.setIdentity();
+  }
+  return Done{};
+}
+
+/// Each tool must have a joint that moves it, and does not move another tool.
+Status check_apart(const std::string& file, const UrdfChain& chain,
+                   const std::vector<std::vector<const urdf::Joint*>>& ways) {
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    const auto last = std::find_if(ways[i].rbegin(), ways[i].rend(), [](const auto* joint) { return moves(*joint); });
+    if (last == ways[i].rend())
+      return Error{fmt::format("{}: no joint moves link '{}', which is to carry a tool", file, chain.tool_links[i])};
+    for (std::size_t k = 0; k < ways.size(); ++k) {
+      if (k == i || std::find(ways[k].begin(), ways[k].end(), *last) == ways[k].end()) continue;
+      return Error{fmt::format(
+          "{}: the tools on links '{}' and '{}' are on one chain: every joint that moves the first moves the other; "
+          "each must have a joint that moves it alone",
+          file, chain.tool_links[i], chain.tool_links[k])};
+    }
+  }
+  return Done{};
+}
+
 }  // namespace
 
-Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::string& tool_link,
+Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::vector<std::string>& tool_links,
                                   const std::map<std::string, double>& locked, Xacro xacro) {
   std::vector<UnreadElement> unread;
   const Result<urdf::ModelInterfaceSharedPtr> parsed = read_urdf(path, xacro, &unread);
@@ -283,39 +342,27 @@ Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::
   const std::string file = path.string();
   if (Status status = check_origins_finite(file, model); !status) return status.error();
 
-  const urdf::Link* tool = tool_link.empty() ? arm_end(model) : model.getLink(tool_link).get();
-  if (tool == nullptr) {
-    std::vector<std::string> names;
-    for (const auto& [name, link] : model.links_) names.push_back(name);
-    return Error{
-        fmt::format("{} has no link '{}' to carry the tool; {}", file, tool_link, suggestion(tool_link, names))};
-  }
-
+  const Result<std::vector<const urdf::Link*>> tools = find_tools(file, model, tool_links);
+  if (!tools) return tools.error();
   UrdfChain chain;
   chain.robot_name = model.getName();
-  chain.tool_link = tool->name;
   chain.link_names = {model.getRoot()->name};
-  const auto joints = path_to(model, *tool);
-  Eigen::Isometry3d X_link_parent = Eigen::Isometry3d::Identity();
-  for (const urdf::Joint* urdf_joint : joints) {
-    if (!moves(*urdf_joint)) {
-      X_link_parent = X_link_parent * to_eigen(urdf_joint->parent_to_joint_origin_transform);
-      continue;
-    }
-    Result<Joint> joint = read_joint(file, *urdf_joint, X_link_parent);
-    if (!joint) return joint.error();
-    chain.joints.push_back(*joint);
-    chain.limits.push_back(read_limits(*urdf_joint));
-    chain.link_names.push_back(urdf_joint->child_link_name);
-    X_link_parent.setIdentity();
+  std::vector<std::vector<const urdf::Joint*>> ways;
+  std::set<const urdf::Joint*> on_chain;
+  for (const urdf::Link* tool : *tools) {
+    chain.tool_links.push_back(tool->name);
+    ways.push_back(path_to(model, *tool));
+    on_chain.insert(ways.back().begin(), ways.back().end());
+    if (Status status = add_way(file, ways.back(), chain); !status) return status.error();
   }
   if (chain.joints.empty() || chain.joints.size() > static_cast<std::size_t>(kMaxJoints)) {
     return Error{fmt::format("{}: the chain from '{}' to '{}' has {} moving joints; an arm has 1 to {}", file,
-                             chain.link_names[0], tool->name, chain.joints.size(), kMaxJoints)};
+                             chain.link_names[0], fmt::join(chain.tool_links, "' and '"), chain.joints.size(),
+                             kMaxJoints)};
   }
+  if (Status status = check_apart(file, chain, ways); !status) return status.error();
   note_unread(unread, chain);
-  if (tool_link.empty()) note_gripper(joints, chain);
-  const std::set<const urdf::Joint*> on_chain(joints.begin(), joints.end());
+  if (tool_links.empty() || tool_links[0].empty()) note_gripper(ways[0], chain);
   const Locks locks(file, model, on_chain, locked);
   if (Status status = locks.check(); !status) return status.error();
   if (Status status = add_frames(file, model, locks, on_chain, chain); !status) return status.error();

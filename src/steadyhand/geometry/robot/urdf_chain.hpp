@@ -26,7 +26,7 @@ struct UrdfLimits {
   std::optional<Range> beyond_soft;
 };
 
-/// The serial chain of a URDF with its fixed joints merged away.
+/// The joints of a URDF on the ways from its root to the tools, with fixed joints merged away: one chain, or a tree.
 struct UrdfChain {
   /// Where a URDF link's frame is: fixed to link 0..n of the chain.
   struct Frame {
@@ -35,8 +35,8 @@ struct UrdfChain {
   };
 
   std::string robot_name;               ///< the URDF's
-  std::string tool_link;                ///< where the chain ends
-  std::vector<Joint> joints;            ///< n
+  std::vector<std::string> tool_links;  ///< where the ways end
+  std::vector<Joint> joints;            ///< n: those on the way to the first tool, then what the next one adds
   std::vector<UrdfLimits> limits;       ///< n
   std::vector<std::string> link_names;  ///< n + 1; first the root link, whose frame is the base
   std::map<std::string, Frame> frames;  ///< by link of the URDF
@@ -49,14 +49,14 @@ struct UrdfChain {
 /// session reaches.
 inline constexpr double kContinuousLimit = 200.0 * M_PI;
 
-/// Reads the chain from the root link to `tool_link`. Empty: the end of the chain with most moving joints, but no
-/// further than where moving joints branch after four of them, like a gripper's fingers. Revolute, continuous,
-/// prismatic and fixed joints, 1 to kMaxJoints moving ones, none of which mimics; an axis may miss unit length by 1 %
-/// and is normalised. A continuous joint has the limits of its limit element if that gives a range, otherwise
-/// kContinuousLimit. Not read: dynamics.
+/// Reads the chain from the root link to each of `tool_links`. None, or an empty one: the end of the chain with most
+/// moving joints, but no further than where moving joints branch after four of them, like a gripper's fingers.
+/// Revolute, continuous, prismatic and fixed joints, 1 to kMaxJoints moving ones, none of which mimics; each of several
+/// tools has a joint that moves it alone. An axis may miss unit length by 1 % and is normalised. A continuous joint has
+/// the limits of its limit element if that gives a range, otherwise kContinuousLimit. Not read: dynamics.
 /// @param locked positions, rad (m), of moving joints that are not on the chain, by name. A joint that mimics another
 ///        follows it; the others are at 0, or at the limit nearest to 0.
-Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link,
+Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::vector<std::string>& tool_links,
                                   const std::map<std::string, double>& locked = {}, Xacro xacro = Xacro::kIfNamed);
 
 }  // namespace steadyhand

@@ -72,7 +72,7 @@ ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const Live
   facts.glass = {glass.radius, glass.height, glass.fill};
   for (const auto& objective : ocp.objectives()) {
     const ObjectiveInfo& info = objective->info();
-    facts.terms.push_back({info.name, info.label, info.unit, objective->weight_count(ocp.dof()), info.range.min,
+    facts.terms.push_back({info.name, info.label, info.unit, objective->weight_count(ocp.model()), info.range.min,
                            info.range.max, info.range.logarithmic, info.offered});
   }
   for (const Profile& profile : profiles) {

@@ -9,37 +9,43 @@ namespace {
 
 constexpr double kFar = 1e6;  ///< inside the bound, where the liquid does not count
 
-/// sqrt(e_x^2 + e_y^2 + v_x^2 + v_y^2 + eps^2) - room for each mode, with e the wave along the glass's axes and v its
-/// rate as the height to which it swings. A wave that is below the rim by this measure at a node stays below while the
-/// glass moves evenly. Depends only on the liquid's state. The small eps keeps it smooth where there is no wave.
+/// sqrt(e_x^2 + e_y^2 + v_x^2 + v_y^2 + eps^2) - room for each mode of each tool's liquid, with e the wave along the
+/// glass's axes and v its rate as the height to which it swings. A wave that is below the rim by this measure at a node
+/// stays below while the glass moves evenly. Depends only on the liquid's state. The small eps keeps it smooth where
+/// there is no wave.
 class NoSpill final : public ConstraintFor<NoSpill> {
  public:
-  explicit NoSpill(const LiquidSettings& settings)
-      : ConstraintFor({"no_spill", "Wave over the rim's margin", "m"}), price_(settings.price) {}
+  NoSpill(const RobotModel& model, const LiquidSettings& settings)
+      : ConstraintFor({"no_spill", "Wave over the rim's margin", "m"}),
+        tools_(model.tool_count()),
+        price_(settings.price) {}
 
   Nodes nodes() const override { return Nodes::kStates; }
-  int rows() const override { return kSloshModes; }
+  int rows() const override { return kSloshModes * tools_; }
   Bounds bounds(int /*row*/) const override { return {-std::numeric_limits<double>::infinity(), 0.0}; }
-  EntryRange support(int /*row*/, int dof) const override { return {3 * dof, 3 * dof + kSloshStates}; }
+  EntryRange support(int row, int dof) const override {
+    const int first = slosh_begin(dof, row / kSloshModes);
+    return {first, first + kSloshStates};
+  }
   double price(int /*row*/) const override { return price_; }
   double activation_margin(int /*row*/) const override { return 0.5 * kFar; }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, int row) const {
-    if (!node.liquid->counts) return S(-kFar);
-    return height(node.liquid->model.template wave<S>(*node.slosh, row)) - node.liquid->room;
+    const LiquidInstance& liquid = node.liquid[row / kSloshModes];
+    return liquid.counts ? height(wave_at(node, row)) - liquid.room : S(-kFar);
   }
 
   template <typename S>
   void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
-    const auto wave = node.liquid->model.template wave<S>(*node.slosh, row);
+    const auto wave = wave_at(node, row);
     const S over = scale / height(wave);
     for (const auto& [entry, part, factor] : parts(node, row)) gradient[entry] += over * factor * wave[part];
   }
 
   template <typename S>
   void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
-    const auto wave = node.liquid->model.template wave<S>(*node.slosh, row);
+    const auto wave = wave_at(node, row);
     const S length = height(wave), over = scale / length, cubed = over / (length * length);
     const auto all = parts(node, row);
     for (std::size_t j = 0; j < all.size(); ++j) {
@@ -60,9 +66,11 @@ class NoSpill final : public ConstraintFor<NoSpill> {
   /// In the order of the entries.
   template <typename S>
   static std::array<Part, 6> parts(const NodeOf<S>& node, int row) {
-    const SloshModel& model = node.liquid->model;
+    const int tool = row / kSloshModes, mode = row % kSloshModes;
+    const SloshModel& model = node.liquid[tool].model;
     const double c = model.height_by_deflection(), d = model.height_by_force();
-    const int begin = 3 * node.arm.dof(), x = begin + slosh_entry(row, 0), y = begin + slosh_entry(row, 1);
+    const int begin = slosh_begin(node.arm.dof(), tool);
+    const int x = begin + slosh_entry(mode, 0), y = begin + slosh_entry(mode, 1);
     return {{{x, 0, c},
              {x + 1, 2, c},
              {y, 1, c},
@@ -72,6 +80,11 @@ class NoSpill final : public ConstraintFor<NoSpill> {
   }
 
   template <typename S>
+  static std::array<S, 4> wave_at(const NodeOf<S>& node, int row) {
+    const int tool = row / kSloshModes;
+    return node.liquid[tool].model.template wave<S>(node.slosh[tool], row % kSloshModes);
+  }
+  template <typename S>
   static S height(const std::array<S, 4>& wave) {
     constexpr double kSmooth = 1e-4;  // m
     using std::sqrt;
@@ -80,52 +93,54 @@ class NoSpill final : public ConstraintFor<NoSpill> {
     return sqrt(sum);
   }
 
+  int tools_;
   double price_;
 };
 
-/// The specific force of the interval before along the axis of the glass. A deficit of 1 g costs as much as a wave
-/// as high as the radius.
+/// A row for each tool: the specific force of the interval before along the axis of the glass. A deficit of 1 g costs
+/// as much as a wave as high as the radius.
 class HeldDown final : public ConstraintFor<HeldDown> {
  public:
-  explicit HeldDown(const LiquidSettings& settings)
+  HeldDown(const RobotModel& model, const LiquidSettings& settings)
       : ConstraintFor({"held_down", "Least weight of the liquid", "m/s^2"}),
+        tools_(model.tool_count()),
         least_(settings.least_weight * kGravity.z()),
         price_(settings.price * settings.glass.radius / kGravity.z()) {}
 
   Nodes nodes() const override { return Nodes::kStates; }
-  int rows() const override { return 1; }
+  int rows() const override { return tools_; }
   Bounds bounds(int /*row*/) const override { return {least_, std::numeric_limits<double>::infinity()}; }
-  EntryRange support(int /*row*/, int dof) const override {
-    const int entry = 3 * dof + slosh_force_entry(2);
+  EntryRange support(int row, int dof) const override {
+    const int entry = slosh_begin(dof, row) + slosh_force_entry(2);
     return {entry, entry + 1};
   }
   double price(int /*row*/) const override { return price_; }
   double activation_margin(int /*row*/) const override { return 0.5 * kFar; }
 
   template <typename S>
-  S value_at(const NodeOf<S>& node, int /*row*/) const {
-    if (!node.liquid->counts) return S(least_ + kFar);
-    return (*node.slosh)[slosh_force_entry(2)];
+  S value_at(const NodeOf<S>& node, int row) const {
+    return node.liquid[row].counts ? node.slosh[row][slosh_force_entry(2)] : S(least_ + kFar);
   }
   template <typename S>
-  void gradient_at(const NodeOf<S>& node, int /*row*/, S scale, NodeGradientOf<S>& gradient) const {
-    gradient[3 * node.arm.dof() + slosh_force_entry(2)] += scale;
+  void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
+    gradient[slosh_begin(node.arm.dof(), row) + slosh_force_entry(2)] += scale;
   }
   template <typename S>
   void hessian_at(const NodeOf<S>&, int /*row*/, S, NodeHessianOf<S>&) const {}
 
  private:
+  int tools_;
   double least_, price_;
 };
 
 }  // namespace
 
-std::shared_ptr<const Constraint> make_no_spill(const RobotModel& /*model*/, const OcpSettings& settings) {
-  return settings.liquid ? std::make_shared<NoSpill>(*settings.liquid) : nullptr;
+std::shared_ptr<const Constraint> make_no_spill(const RobotModel& model, const OcpSettings& settings) {
+  return settings.liquid ? std::make_shared<NoSpill>(model, *settings.liquid) : nullptr;
 }
 
-std::shared_ptr<const Constraint> make_held_down(const RobotModel& /*model*/, const OcpSettings& settings) {
-  return settings.liquid ? std::make_shared<HeldDown>(*settings.liquid) : nullptr;
+std::shared_ptr<const Constraint> make_held_down(const RobotModel& model, const OcpSettings& settings) {
+  return settings.liquid ? std::make_shared<HeldDown>(model, *settings.liquid) : nullptr;
 }
 
 }  // namespace steadyhand

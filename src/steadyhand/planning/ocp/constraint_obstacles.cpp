@@ -1,21 +1,28 @@
-#include <array>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "steadyhand/geometry/collision/proximity.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/planning/ocp/constraints.hpp"
+#include "steadyhand/planning/ocp/relative_motion.hpp"
 
 namespace steadyhand {
 namespace {
 
 /// Each row is the distance between a body and an obstacle, or ProximityOf::value between round shapes. The instance
 /// lists the pairs. An obstacle moves at its velocity to the node's time; the joints up to the body's link move the
-/// body. Objects that the tool carries move with it; with a body of the arm they are treated like a pair of bodies.
+/// body. Objects that a tool carries move with it; with a body of the arm they are treated like a pair of bodies.
 class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
  public:
   ObstacleClearance(const RobotModel& model, int rows)
-      : ConstraintFor({"obstacles", "Distance to obstacles", "m"}), model_(&model), rows_(rows) {}
+      : ConstraintFor({"obstacles", "Distance to obstacles", "m"}), model_(&model), rows_(rows) {
+    for (int link = 0; link <= model.dof(); ++link) {
+      std::vector<std::vector<SignedJoint>>& to_tools = ways_.emplace_back();
+      for (const Tool& tool : model.tools) to_tools.push_back(way_between(model, link, tool.link));
+      from_base_.push_back(way_between(model, 0, link));
+    }
+  }
 
   Nodes nodes() const override { return Nodes::kStates; }
   int rows() const override { return rows_; }
@@ -37,20 +44,15 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
     if (node.near[row].body < 0) return;
     const ProximityOf<S> near = proximity_at(node, row);
     const Vector3Of<S> slope = scale * near.gradient;
-    const auto [first, last] = joints(node.near[row]);
-    for (int m = first; m < last; ++m) gradient[m] += slope.dot(node.arm.dpoint(m, near.point));
+    for (const auto& [m, sign] : joints(node.near[row]))
+      gradient[m] += sign * slope.dot(node.arm.dpoint(m, near.point));
   }
 
   template <typename S>
   void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
     if (node.near[row].body < 0) return;
     const ProximityOf<S> near = proximity_at(node, row);
-    const auto [first, last] = joints(node.near[row]);
-    std::array<MovedOf<S>, kMaxJoints> by;
-    for (int m = first; m < last; ++m) by[m] = {near, node.arm.axis(m), node.arm.dpoint(m, near.point)};
-    for (int m = first; m < last; ++m) {
-      for (int l = first; l <= m; ++l) hessian(l, m) += scale * second_derivative(near, by[l], by[m]);
-    }
+    add_second_derivatives(node, near, joints(node.near[row]), scale, hessian);
   }
 
  private:
@@ -58,10 +60,10 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
   static constexpr double kFar = 1.0;    // m, of a row that is not used
 
   /// Joints that move one relative to the other.
-  EntryRange joints(const NearObstacle& near) const {
-    if (near.body >= kMaxBodies) return {0, model_->dof()};
+  const std::vector<SignedJoint>& joints(const NearObstacle& near) const {
+    if (near.body >= kMaxBodies) return ways_[0][near.carried.tool];
     const int link = model_->bodies[near.body].link;
-    return near.obstacle.carried ? EntryRange{link, model_->dof()} : EntryRange{0, link};
+    return near.obstacle.carried ? ways_[link][near.obstacle.tool] : from_base_[link];
   }
   template <typename S>
   ProximityOf<S> proximity_at(const NodeOf<S>& node, int row) const {
@@ -82,13 +84,15 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
                               : near.body >= kMaxBodies ? &near.carried
                                                         : nullptr;
     const Shape& shape = carried != nullptr ? carried->shape : model_->bodies[near.body].shape;
-    const PlacedOf<S> there = carried != nullptr ? on_tool(node.arm, carried->at) : node.arm.body(near.body);
+    const PlacedOf<S> there = carried != nullptr ? placed_on_tool(node.arm, *carried) : node.arm.body(near.body);
     if (near.corner < 0) return {shape, there};
     return {Shape::sphere(shape.radius), at_corner(shape, there, near.corner)};
   }
 
   const RobotModel* model_;
   int rows_;
+  std::vector<std::vector<std::vector<SignedJoint>>> ways_;  ///< from a link to a tool
+  std::vector<std::vector<SignedJoint>> from_base_;          ///< to a link
 };
 
 }  // namespace

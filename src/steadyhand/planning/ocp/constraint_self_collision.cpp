@@ -2,17 +2,19 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <vector>
 
 #include "steadyhand/geometry/collision/proximity.hpp"
 #include "steadyhand/planning/ocp/constraints.hpp"
+#include "steadyhand/planning/ocp/relative_motion.hpp"
 
 namespace steadyhand {
 namespace {
 
-/// Each row is the distance of a pair of bodies, or ProximityOf::value between round bodies. Joints up to the first
-/// body's link carry both, so only those between the two links change their distance: they move the second body
-/// relative to the first.
+/// Each row is the distance of a pair of bodies, or ProximityOf::value between round bodies. Joints that carry both do
+/// not change it; those on the way from the first body's link to the second's do, and for them the second moves like
+/// the end of a serial arm whose base is the first (way_between).
 class SelfCollision final : public ConstraintFor<SelfCollision> {
  public:
   explicit SelfCollision(const RobotModel& model)
@@ -21,7 +23,7 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
       const Body &first = model.bodies[i], &second = model.bodies[j];
       const bool spheres = first.shape.kind == ShapeKind::kSphere && second.shape.kind == ShapeKind::kSphere;
       const double radii = first.shape.radius + second.shape.radius;
-      rows_.push_back({i, j, {first.link, second.link}, spheres, radii, 0.5 / radii});
+      rows_.push_back({i, j, way(first.link, second.link), spheres, radii, 0.5 / radii});
       const auto extent = [](const Shape& shape) { return shape.core.norm() + shape.radius; };  // a cylinder's box, too
       const double apart = extent(first.shape) + extent(second.shape) + kNear + kMostClearance;
       const int r = static_cast<int>(balls_.size());
@@ -36,11 +38,11 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
   int rows() const override { return static_cast<int>(rows_.size()); }
   Bounds bounds(int /*row*/) const override { return {0.0, std::numeric_limits<double>::infinity()}; }
 
-  EntryRange support(int row, int /*dof*/) const override { return rows_[row].between; }
+  EntryRange support(int row, int /*dof*/) const override { return ways_[rows_[row].way].support; }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, int row) const {
-    const auto& [i, j, between, spheres, radii, scale] = rows_[row];
+    const auto& [i, j, way, spheres, radii, scale] = rows_[row];
     if (spheres)
       return ((node.arm.body(j).p - node.arm.body(i).p).squaredNorm() - radii * radii) * scale - node.clearance;
     return proximity_value(model_->bodies[i].shape, node.arm.body(i), model_->bodies[j].shape, node.arm.body(j)) -
@@ -49,37 +51,31 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
 
   template <typename S>
   void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
-    const auto [first, last] = rows_[row].between;
     if (rows_[row].spheres) {
       const Vector3Of<S> slope = scale * sphere_gradient(node, row);
-      for (int m = first; m < last; ++m) gradient[m] += slope.dot(node.arm.dpoint(m, second(node, row)));
+      for (const auto& [m, sign] : joints(row)) gradient[m] += sign * slope.dot(node.arm.dpoint(m, second(node, row)));
       return;
     }
     const ProximityOf<S> near = proximity_at(node, row);
     const Vector3Of<S> slope = scale * near.gradient;
-    for (int m = first; m < last; ++m) gradient[m] += slope.dot(node.arm.dpoint(m, near.point));
+    for (const auto& [m, sign] : joints(row)) gradient[m] += sign * slope.dot(node.arm.dpoint(m, near.point));
   }
 
   template <typename S>
   void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
-    const auto [first, last] = rows_[row].between;
+    const std::vector<SignedJoint>& way = joints(row);
     if (rows_[row].spheres) {
       const S curvature = scale / rows_[row].radii;
       const Vector3Of<S> slope = scale * sphere_gradient(node, row);
       std::array<Vector3Of<S>, kMaxJoints> dc;
-      for (int m = first; m < last; ++m) dc[m] = node.arm.dpoint(m, second(node, row));
-      for (int l = first; l < last; ++l) {  // with l before m: dc_l . dc_m / R + slope . (z_l x dc_m)
-        const Vector3Of<S> turned = curvature * dc[l] + slope.cross(node.arm.axis(l));
-        for (int m = l; m < last; ++m) hessian(l, m) += turned.dot(dc[m]);
+      for (const auto& [m, sign] : way) dc[m] = sign * node.arm.dpoint(m, second(node, row));
+      for (auto l = way.begin(); l != way.end(); ++l) {  // with l before m: dc_l . dc_m / R + slope . (z_l x dc_m)
+        const Vector3Of<S> turned = curvature * dc[l->joint] + l->sign * slope.cross(node.arm.axis(l->joint));
+        for (auto m = l; m != way.end(); ++m) upper_entry(hessian, l->joint, m->joint) += turned.dot(dc[m->joint]);
       }
       return;
     }
-    const ProximityOf<S> near = proximity_at(node, row);
-    std::array<MovedOf<S>, kMaxJoints> moved;
-    for (int m = first; m < last; ++m) moved[m] = {near, node.arm.axis(m), node.arm.dpoint(m, near.point)};
-    for (int m = first; m < last; ++m) {
-      for (int l = first; l <= m; ++l) hessian(l, m) += scale * second_derivative(near, moved[l], moved[m]);
-    }
+    add_second_derivatives(node, proximity_at(node, row), way, scale, hessian);
   }
 
   /// A pair is near if the balls around its bodies are, for any clearance, and then if the bodies are. Most pairs are
@@ -106,21 +102,26 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     return round ? kNear + 0.5 * kNear * kNear / rows_[row].radii : kNear;  // the value at that distance
   }
 
-  /// Joint m moves only the second body relative to the first, and no point of it by more than its distance
-  /// from the joint.
+  /// Joint m moves only one body relative to the other, and no point of it by more than its distance from the joint.
   JointVector levers() const override {
     const int n = model_->dof();
     JointVector result = JointVector::Zero(n);
-    for (const Row& row : rows_) {
-      const Body& body = model_->bodies[row.second];
+    const auto lengthen = [&](const Body& body, const auto& joints) {  // from the body's link towards the base
       double distance = body.origin.translation().norm() + body.shape.core.norm();  // of points of its core
-      for (int m = row.between.last - 1; m >= row.between.first; --m) {
+      for (const SignedJoint& each : joints) {
+        const int m = each.joint;
         const Joint& joint = model_->joints[m];
         const bool turns = joint.type == JointType::kRevolute;
         result[m] = std::max(result[m], (turns ? distance : 1.0) / kNear);
         distance += joint.origin.translation().norm();
         if (!turns) distance += std::max(std::abs(model_->position_min[m]), std::abs(model_->position_max[m]));
       }
+    };
+    for (int r = 0; r < rows(); ++r) {
+      const std::vector<SignedJoint>& way = joints(r);
+      const auto down = std::find_if(way.begin(), way.end(), [](const SignedJoint& each) { return each.sign > 0.0; });
+      lengthen(model_->bodies[rows_[r].first], std::ranges::subrange(way.begin(), down));
+      lengthen(model_->bodies[rows_[r].second], std::views::reverse(std::ranges::subrange(down, way.end())));
     }
     return result;
   }
@@ -144,13 +145,33 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     return proximity(model_->bodies[i].shape, node.arm.body(i), model_->bodies[j].shape, node.arm.body(j));
   }
 
+  const std::vector<SignedJoint>& joints(int row) const { return ways_[rows_[row].way].joints; }
+  /// Index in ways_ of the way between two links.
+  int way(int first, int last) {
+    const auto found = std::find_if(ways_.begin(), ways_.end(),
+                                    [&](const Way& way) { return way.first == first && way.last == last; });
+    const int index = static_cast<int>(found - ways_.begin());
+    if (found != ways_.end()) return index;
+    Way& made = ways_.emplace_back(Way{first, last, way_between(*model_, first, last), {0, 0}});
+    const auto [least, most] =
+        std::ranges::minmax_element(made.joints, {}, [](const SignedJoint& each) { return each.joint; });
+    if (!made.joints.empty()) made.support = {least->joint, most->joint + 1};
+    return index;
+  }
+
+  /// From one link to another.
+  struct Way {
+    int first, last;
+    std::vector<SignedJoint> joints;
+    EntryRange support;
+  };
   /// The data of a pair that are read most often: an arm may have hundreds of pairs of spheres.
   struct Row {
-    int first, second;   ///< bodies
-    EntryRange between;  ///< joints between their links
-    bool spheres;        ///< both are
-    double radii;        ///< m, their sum
-    double scale;        ///< 1/m, 1 / (2 radii): hundreds of divisions would take a microsecond
+    int first, second;  ///< bodies
+    int way;            ///< between their links
+    bool spheres;       ///< both are
+    double radii;       ///< m, their sum
+    double scale;       ///< 1/m, 1 / (2 radii): hundreds of divisions would take a microsecond
   };
 
   /// The spheres around a pair.
@@ -165,6 +186,7 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
   static constexpr int kAtOnce = 12;
 
   const RobotModel* model_;
+  std::vector<Way> ways_;
   std::vector<Row> rows_;
   std::vector<Balls> balls_;
   std::vector<Group> groups_;

@@ -20,11 +20,11 @@ std::shared_ptr<const Constraint> make_self_collision(const RobotModel& model, c
 /// One row per NearObstacle of the instance: gap between body and obstacle >= 0, m. Null without such rows.
 std::shared_ptr<const Constraint> make_obstacles(const RobotModel& model, const OcpSettings& settings);
 
-/// Wave of each of the liquid's modes, less the room of the instance <= 0, m; at a price. Null without a liquid.
+/// Wave of each mode of each tool's liquid, less the room of the instance <= 0, m; at a price. Null without a liquid.
 std::shared_ptr<const Constraint> make_no_spill(const RobotModel& model, const OcpSettings& settings);
-/// Specific force along the glass's axis, at least a share of g, m/s^2; at a price. Null without a liquid.
+/// Specific force along each glass's axis, at least a share of g, m/s^2; at a price. Null without a liquid.
 std::shared_ptr<const Constraint> make_held_down(const RobotModel& model, const OcpSettings& settings);
-/// Cosine of the glass's lean, at least that of the largest; at a price. Null without a liquid.
+/// Cosine of each glass's lean, at least that of the largest; at a price. Null without a liquid.
 std::shared_ptr<const Constraint> make_lean(const RobotModel& model, const OcpSettings& settings);
 
 }  // namespace steadyhand

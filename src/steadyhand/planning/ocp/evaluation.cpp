@@ -16,7 +16,8 @@ Evaluation::Evaluation(const Ocp& ocp)
       u_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
       dq_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
       rows_(ocp.horizon() + 1),
-      slosh_(ocp.horizon() + 1, SloshState::Zero()),
+      references_((ocp.horizon() + 1) * ocp.tool_count()),
+      slosh_(references_.size(), SloshState::Zero()),
       interval_(std::make_unique<SloshIntervalOf<double>>(ocp.model(), ocp.dt())) {
   step_.by_motion.setZero(3, 3 * ocp.dof());
   for (int k = 0; k <= ocp.horizon(); ++k) {
@@ -30,7 +31,15 @@ Evaluation::Evaluation(const Ocp& ocp)
 
 Evaluation::~Evaluation() = default;
 
-void Evaluation::set_instance(const OcpInstance& instance) { instance_ = &instance; }
+void Evaluation::set_instance(const OcpInstance& instance) {
+  instance_ = &instance;
+  for (int k = 1; k <= ocp_->horizon(); ++k) {  // node 0 has none, and no term of a state acts there
+    for (int t = 0; t < ocp_->tool_count(); ++t) {
+      const ToolReference& reference = instance.reference.tools[t];
+      references_[index(k, t)] = {reference.p[k - 1], reference.R[k - 1]};
+    }
+  }
+}
 
 void Evaluation::set_node(int k, const StateVector& x, const JointVector& u) {
   const int n = ocp_->dof();
@@ -52,46 +61,47 @@ void Evaluation::set_trajectory(const Trajectory& trajectory) {
   for (int k = 0; k < ocp_->horizon(); ++k) set_node(k, trajectory.x[k], trajectory.u[k]);
   set_node(ocp_->horizon(), trajectory.x.back(), u_.back());
   if (!ocp_->liquid()) return;
-  slosh_[0] = instance_->liquid.state;
+  for (int t = 0; t < ocp_->tool_count(); ++t) set_slosh(0, instance_->liquid[t].state, t);
   for (int k = 0; k < ocp_->horizon(); ++k) {
     interval_->set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
-    instance_->liquid.model.set_step(interval_->force(), false, step_);
-    slosh_[k + 1] = step_.next(slosh_[k]);
+    for (int t = 0; t < ocp_->tool_count(); ++t) {
+      instance_->liquid[t].model.set_step(interval_->force(t), false, step_);
+      set_slosh(k + 1, step_.next(slosh(k, t)), t);
+    }
   }
 }
 
 Node Evaluation::node(int k) const {
-  const int entry = std::max(k - 1, 0);  // node 0 has no reference, and no term of a state acts there
   return {arms_[k],
           dq_[k],
           u_[k],
-          instance_->reference.p[entry],
-          instance_->reference.R[entry],
+          &references_[index(k, 0)],
           times_[k],
           instance_->near,
-          ocp_->liquid() ? &slosh_[k] : nullptr,
-          &instance_->liquid,
+          ocp_->liquid() ? &slosh(k) : nullptr,
+          instance_->liquid.data(),
           &instance_->u_followed,
-          instance_->clearance};
+          instance_->clearance,
+          &instance_->held};
 }
 
-const SloshStep& Evaluation::slosh_step(int k) const {
+const SloshStep& Evaluation::slosh_step(int k, int tool) const {
   interval_->set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
-  instance_->liquid.model.set_step(interval_->force(), true, step_);
-  for (int i = 0; i < 3 * ocp_->dof(); ++i) step_.by_motion.col(i) = interval_->force_by(i);
-  step_.differentiate(slosh_[k]);
+  instance_->liquid[tool].model.set_step(interval_->force(tool), true, step_);
+  for (int i = 0; i < 3 * ocp_->dof(); ++i) step_.by_motion.col(i) = interval_->force_by(i, tool);
+  step_.differentiate(slosh(k, tool));
   return step_;
 }
 
-void Evaluation::add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian) const {
-  const int size = 3 * ocp_->dof();
-  interval_->add_hessian(step_.by_force.transpose() * costate, hessian);
+void Evaluation::add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian, int tool) const {
+  const int size = 3 * ocp_->dof(), begin = slosh_begin(ocp_->dof(), tool);
+  interval_->add_hessian(step_.by_force.transpose() * costate, hessian, tool);
   const auto& G = step_.by_motion;
-  const NodeHessian by_motion = G.transpose() * step_.curvature_by_force(slosh_[k], costate) * G;
+  const NodeHessian by_motion = G.transpose() * step_.curvature_by_force(slosh(k, tool), costate) * G;
   const SloshState by_vertical = step_.curvature_by_vertical(costate);
   for (int j = 0; j < size; ++j) {
     for (int i = 0; i <= j; ++i) hessian(i, j) += by_motion(i, j);
-    for (int i = 0; i < kSloshStates; ++i) hessian(j, size + i) += G(2, j) * by_vertical[i];
+    for (int i = 0; i < kSloshStates; ++i) hessian(j, begin + i) += G(2, j) * by_vertical[i];
   }
 }
 

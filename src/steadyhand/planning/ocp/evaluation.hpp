@@ -25,13 +25,13 @@ class Evaluation {
   void set_trajectory(const Trajectory& trajectory);
 
   // ---- of a problem with a liquid
-  /// Moves the liquid at node k. Call set_node() before reading.
-  void set_slosh(int k, const SloshState& state) { slosh_[k] = state; }
-  const SloshState& slosh(int k) const { return slosh_[k]; }  ///< at node k
+  /// Moves a tool's liquid at node k. Call set_node() before reading.
+  void set_slosh(int k, const SloshState& state, int tool = 0) { slosh_[index(k, tool)] = state; }
+  const SloshState& slosh(int k, int tool = 0) const { return slosh_[index(k, tool)]; }  ///< at node k
   /// How the liquid's state goes over interval k, with derivatives at node k's.
-  const SloshStep& slosh_step(int k) const;
-  /// After slosh_step(k): adds the second derivatives of costate . state+ by z.
-  void add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian) const;
+  const SloshStep& slosh_step(int k, int tool = 0) const;
+  /// After slosh_step(k, tool): adds the second derivatives of costate . state+ by z.
+  void add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian, int tool = 0) const;
 
   /// dt * (sum of the node's objectives).
   double objective(int k) const;
@@ -70,6 +70,7 @@ class Evaluation {
 
  private:
   Node node(int k) const;
+  std::size_t index(int k, int tool) const { return static_cast<std::size_t>(k) * ocp_->tool_count() + tool; }
 
   const Ocp* ocp_;
   const OcpInstance* instance_ = nullptr;
@@ -78,7 +79,8 @@ class Evaluation {
   std::vector<JointVector> u_, dq_;
   std::vector<double> times_;  ///< s, of the nodes
   std::vector<std::vector<ConstraintRow>> rows_;
-  std::vector<SloshState> slosh_;
+  std::vector<ReferencePoseOf<double>> references_;    ///< by index()
+  std::vector<SloshState> slosh_;                      ///< by index()
   std::unique_ptr<SloshIntervalOf<double>> interval_;  ///< the last one asked for
   mutable SloshStep step_;
 };

@@ -9,10 +9,10 @@ class Acceleration final : public ObjectiveFor<Acceleration> {
       : ObjectiveFor({.name = "acceleration",
                       .label = "Joint acceleration",
                       .unit = "s^3/rad^2",
+                      .weights = {1, WeightCount::Of::kJoint},
                       .range = {1e-4, 10.0, true},
                       .offered = false}) {}
   Nodes nodes() const override { return Nodes::kIntervals; }
-  int weight_count(int dof) const override { return dof; }
   bool needs_motion() const override { return false; }
   bool quadratic_in_input() const override { return true; }
 

@@ -11,10 +11,10 @@ class AccelerationStep final : public ObjectiveFor<AccelerationStep> {
       : ObjectiveFor({.name = "acceleration_step",
                       .label = "Step of the acceleration",
                       .unit = "s^3/rad^2",
+                      .weights = {1, WeightCount::Of::kJoint},
                       .range = {1e-4, 10.0, true},
                       .offered = false}) {}
   Nodes nodes() const override { return Nodes::kIntervals; }
-  int weight_count(int dof) const override { return dof; }
   bool needs_motion() const override { return false; }
   bool quadratic_in_input() const override { return true; }
 

@@ -11,6 +11,7 @@ class Lateral final : public LiquidObjective<0, 1> {
       : LiquidObjective({.name = "lateral",
                          .label = "Lateral specific force",
                          .unit = "s^3/m^2",
+                         .weights = {1, WeightCount::Of::kTool},
                          .range = {0.01, 20.0, true},
                          .at_rest_min = kAtRest}) {}
 

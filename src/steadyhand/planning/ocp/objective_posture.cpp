@@ -10,10 +10,10 @@ class Posture final : public ObjectiveFor<Posture> {
       : ObjectiveFor({.name = "posture",
                       .label = "Posture",
                       .unit = "1/(rad^2 s)",
+                      .weights = {1, WeightCount::Of::kJoint},
                       .range = {1e-3, 100.0, true},
                       .at_rest_max = 0.0}) {}
   Nodes nodes() const override { return Nodes::kStates; }
-  int weight_count(int dof) const override { return dof; }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {

@@ -9,12 +9,12 @@ class Velocity final : public ObjectiveFor<Velocity> {
       : ObjectiveFor({.name = "velocity",
                       .label = "Joint speed",
                       .unit = "s/rad^2",
+                      .weights = {1, WeightCount::Of::kJoint},
                       .range = {1e-3, 100.0, true},
                       .offered = false,
                       .at_rest_min = kAtRest,
                       .at_rest_max = kAtRest}) {}
   Nodes nodes() const override { return Nodes::kStates; }
-  int weight_count(int dof) const override { return dof; }
   bool needs_motion() const override { return false; }
 
   template <typename S>

@@ -8,8 +8,11 @@ namespace {
 class Vertical final : public LiquidObjective<2> {
  public:
   Vertical()
-      : LiquidObjective(
-            {.name = "vertical", .label = "Vertical specific force", .unit = "s^3/m^2", .range = {0.01, 20.0, true}}) {}
+      : LiquidObjective({.name = "vertical",
+                         .label = "Vertical specific force",
+                         .unit = "s^3/m^2",
+                         .weights = {1, WeightCount::Of::kTool},
+                         .range = {0.01, 20.0, true}}) {}
 };
 
 }  // namespace

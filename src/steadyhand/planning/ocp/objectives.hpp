@@ -16,6 +16,7 @@ std::shared_ptr<const Objective> make_lateral_objective();       ///< w (a_x^2 +
 std::shared_ptr<const Objective> make_vertical_objective();      ///< w (a_z - g)^2, w: 1
 // Not by default:
 std::shared_ptr<const Objective> make_posture_objective();            ///< (q - q_home)' diag(w) (q - q_home), w: n
+std::shared_ptr<const Objective> make_relative_pose_objective();      ///< of the second tool in the first, w: 2
 std::shared_ptr<const Objective> make_acceleration_step_objective();  ///< (u_0 - u_followed)' diag(w) (same), w: n
 
 }  // namespace steadyhand

@@ -16,7 +16,9 @@ Objectives default_objectives() {
           make_acceleration_objective(), make_lateral_objective(),     make_vertical_objective()};
 }
 
-Objectives optional_objectives() { return {make_posture_objective(), make_acceleration_step_objective()}; }
+Objectives optional_objectives() {
+  return {make_posture_objective(), make_acceleration_step_objective(), make_relative_pose_objective()};
+}
 
 void add_optional_objectives(OcpSettings& settings) {
   for (const auto& optional : optional_objectives()) {
@@ -121,12 +123,13 @@ Status Ocp::check(const OcpSettings& settings) {
       return Error{fmt::format("objectives: two are called '{}'", name)};
     }
     names.push_back(name);
-    for (int joints = 1; joints <= kMaxJoints; ++joints) {
-      const int count = objective->weight_count(joints);
-      if (count >= 1 && count <= kMaxJoints) continue;
-      return Error{fmt::format("objectives: '{}' has {} weights for {} joints; it must be from 1 to {}", name, count,
-                               joints, kMaxJoints)};
-    }
+    const WeightCount& count = objective->info().weights;
+    const int most = kMaxJoints / (count.of == WeightCount::Of::kJoint  ? kMaxJoints
+                                   : count.of == WeightCount::Of::kTool ? kMaxTools
+                                                                        : 1);
+    if (count.each < 1 || count.each > most)
+      return Error{fmt::format("objectives: '{}' has {} weights{}; it must be from 1 to {}", name, count.each,
+                               most == kMaxJoints ? "" : " for each joint or tool", most)};
   }
   for (const ConstraintMaker& make : settings.constraints) {
     if (!make) return Error{"constraints: one is null"};
@@ -160,7 +163,7 @@ Result<std::vector<JointVector>> Ocp::weights(const Weights& by_name) const {
   std::vector<std::string_view> known;
   for (const auto& objective : objectives_) {
     known.push_back(objective->name());
-    result.push_back(JointVector::Zero(objective->weight_count(dof())));
+    result.push_back(JointVector::Zero(objective->weight_count(model())));
   }
   for (const auto& [name, values] : by_name) {
     const auto found = std::find(known.begin(), known.end(), name);
@@ -168,11 +171,14 @@ Result<std::vector<JointVector>> Ocp::weights(const Weights& by_name) const {
       return Error{fmt::format("weights: unknown term '{}'; the terms are {}", name, fmt::join(known, ", "))};
     }
     JointVector& weight = result[found - known.begin()];
-    if (values.size() != 1 && std::ssize(values) != weight.size()) {
-      return Error{fmt::format("weights: '{}' has {} numbers, it needs 1 or {}", name, values.size(), weight.size())};
+    const WeightCount& count = objectives_[found - known.begin()]->info().weights;
+    const bool set_for_each = count.of == WeightCount::Of::kTool && std::ssize(values) == count.each;
+    if (values.size() != 1 && !set_for_each && std::ssize(values) != weight.size()) {
+      return Error{fmt::format("weights: '{}' has {} numbers, it needs 1{}", name, values.size(),
+                               weight.size() == 1 ? "" : fmt::format(" or {}", weight.size()))};
     }
     for (int i = 0; i < weight.size(); ++i) {
-      weight[i] = values.size() == 1 ? values[0] : values[i];
+      weight[i] = values[i % values.size()];
       if (!(weight[i] >= 0.0) || !std::isfinite(weight[i])) {
         return Error{fmt::format("weights: '{}' is {}; a weight is finite and not negative", name, weight[i])};
       }
@@ -190,7 +196,9 @@ Status Ocp::check(const OcpInstance& instance) const {
     return Error{fmt::format("the reference has {} nodes, the horizon {}", instance.reference.nodes, horizon_)};
   }
   for (int k = 0; k < horizon_; ++k) {
-    if (!instance.reference.p[k].allFinite() || !instance.reference.R[k].allFinite()) {
+    for (int t = 0; t < tool_count(); ++t) {
+      const ToolReference& reference = instance.reference.tools[t];
+      if (reference.p[k].allFinite() && reference.R[k].allFinite()) continue;
       return Error{fmt::format("the reference of node {} has a number that is not finite", k + 1)};
     }
   }
@@ -214,15 +222,21 @@ Status Ocp::check(const OcpInstance& instance) const {
                                moved.corners())};
     }
     for (const Obstacle* obstacle : {&near.obstacle, of_arm ? &near.obstacle : &near.carried}) {
-      if (obstacle->at.p.allFinite() && obstacle->at.R.allFinite() && obstacle->velocity.allFinite()) continue;
-      return Error{"an obstacle has a number that is not finite"};
+      if (!(obstacle->at.p.allFinite() && obstacle->at.R.allFinite() && obstacle->velocity.allFinite()))
+        return Error{"an obstacle has a number that is not finite"};
+      if (obstacle->tool < 0 || obstacle->tool >= tool_count())
+        return Error{
+            fmt::format("an obstacle is carried by tool {}; the tools are 0 to {}", obstacle->tool, tool_count() - 1)};
     }
   }
   if (!(instance.clearance >= 0.0 && instance.clearance <= kMostClearance))
     return Error{fmt::format("clearance is {}; it must be from 0 to {} m", instance.clearance, kMostClearance)};
-  if (liquid_ && !(instance.liquid.state.allFinite() && std::isfinite(instance.liquid.room))) {
-    return Error{"the liquid's state or room has a number that is not finite"};
+  for (int t = 0; liquid_ && t < tool_count(); ++t) {
+    if (!(instance.liquid[t].state.allFinite() && std::isfinite(instance.liquid[t].room)))
+      return Error{"the liquid's state or room has a number that is not finite"};
   }
+  if (!instance.held.p.allFinite() || !instance.held.R.allFinite())
+    return Error{"the pose of the second tool in the first has a number that is not finite"};
   if (const auto size = instance.u_followed.size(); (size != 0 && size != dof()) || !instance.u_followed.allFinite())
     return Error{fmt::format("u_followed has {} numbers; it must have {} finite ones, or none", size, dof())};
   if (instance.weights.size() != objectives_.size()) {
@@ -230,9 +244,9 @@ Status Ocp::check(const OcpInstance& instance) const {
   }
   for (std::size_t i = 0; i < objectives_.size(); ++i) {
     const JointVector& weight = instance.weights[i];
-    if (weight.size() != objectives_[i]->weight_count(dof()) || !weight.allFinite() || (weight.array() < 0).any()) {
+    if (weight.size() != objectives_[i]->weight_count(model()) || !weight.allFinite() || (weight.array() < 0).any()) {
       return Error{fmt::format("weights of '{}' must be {} finite numbers, none negative", objectives_[i]->name(),
-                               objectives_[i]->weight_count(dof()))};
+                               objectives_[i]->weight_count(model()))};
     }
   }
   return Done{};

@@ -30,10 +30,10 @@ Objectives optional_objectives();
 /// Constraints of the formulation; a new one is one line, too.
 std::vector<ConstraintMaker> default_constraints();
 
-/// By name of an objective; one number applies to all of its entries.
+/// By name of an objective; one number applies to all of its entries, one set of numbers to each tool.
 using Weights = std::map<std::string, std::vector<double>>;
 
-/// The liquid in the problem; it must not spill.
+/// The liquid in the problem, in a glass at each tool; it must not spill.
 struct LiquidSettings {
   GlassSettings glass;  ///< its glass
   /// m, margin of the first mode's wave below the rim, because crests are higher than that wave. In a nearly full
@@ -91,9 +91,11 @@ struct OcpInstance {
   Reference reference;               ///< for k = 1..N
   std::vector<JointVector> weights;  ///< by index of Ocp::objectives()
   NearObstacles near;                ///< one for each row of the constraint of obstacles
-  LiquidInstance liquid;             ///< in a problem with a liquid
-  JointVector u_followed;            ///< rad/s^2, the acceleration that the arm has until node 0; empty: none
-  double clearance = 0.0;            ///< m, 0 to kMostClearance, by which bodies stay further apart than asked
+  /// Liquid of each tool, in a problem with a liquid.
+  std::array<LiquidInstance, kMaxTools> liquid;
+  JointVector u_followed;        ///< rad/s^2, the acceleration that the arm has until node 0; empty: none
+  double clearance = 0.0;        ///< m, 0 to kMostClearance, by which bodies stay further apart than asked
+  ReferencePoseOf<double> held;  ///< of the second tool in the first, if they hold one thing
 };
 
 /// The optimal control problem of docs/explanation/formulation.md as data: minimise dt * sum of objectives subject to
@@ -115,9 +117,10 @@ class Ocp {
   const JointVector& position_margin() const { return position_margin_; }
   /// Liquid of the problem; null if it has none.
   const LiquidSettings* liquid() const { return liquid_ ? &*liquid_ : nullptr; }
-  /// Numbers of the liquid's state: 0 or kSloshStates.
-  int slosh_states() const { return liquid_ ? kSloshStates : 0; }
-  /// Entries of z at a node: [q; dq; u] and the liquid's state.
+  int tool_count() const { return model_->tool_count(); }  ///< of the arm
+  /// Numbers of the liquids' states: 0 or kSloshStates for each tool.
+  int slosh_states() const { return liquid_ ? kSloshStates * tool_count() : 0; }
+  /// Entries of z at a node: [q; dq; u] and the liquids' states.
   int entries() const { return 3 * dof() + slosh_states(); }
   /// Length of OcpInstance::near.
   int obstacle_rows() const { return obstacle_rows_; }

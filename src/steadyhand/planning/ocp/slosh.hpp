@@ -15,6 +15,9 @@ inline constexpr int kSloshModes = 3;
 /// specific force of the interval before.
 inline constexpr int kSloshStates = 4 * kSloshModes + 3;
 
+/// Where in z the state of a tool's liquid begins.
+constexpr int slosh_begin(int dof, int tool) { return 3 * dof + tool * kSloshStates; }
+
 /// The liquid at a node. Deflections are accelerations: a liquid at rest under a constant specific force f has the
 /// deflection f of the axis, times g / f_z. Rates are divided by the mode's frequency, so all is in m/s^2, tool frame.
 template <typename Scalar>
@@ -94,7 +97,7 @@ class SloshModel {
   double height_by_deflection_ = 0.0, height_by_force_ = 0.0, dt_ = 0.0;
 };
 
-/// The problem's data of the liquid at node 0.
+/// The problem's data of one tool's liquid at node 0.
 struct LiquidInstance {
   SloshModel model;     ///< of intervals of the problem's dt
   GlassSettings glass;  ///< for the model

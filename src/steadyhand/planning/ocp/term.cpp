@@ -27,12 +27,13 @@ template <typename F>
 void for_each_lane(const NodeBatch& nodes, const F& f) {
   for (int lane = 0; lane < kLanes; ++lane) {
     const JointVector q = lane_of(nodes.arm.q(), lane), dq = lane_of(nodes.dq, lane), u = lane_of(nodes.u, lane);
-    const Vector3 p_ref = lane_of(nodes.p_ref, lane);
-    const Matrix3 R_ref = lane_of(nodes.R_ref, lane);
+    std::array<ReferencePoseOf<double>, kMaxTools> reference;
+    for (int t = 0; t < nodes.arm.tool_count(); ++t)
+      reference[t] = {lane_of(nodes.reference[t].p, lane), lane_of(nodes.reference[t].R, lane)};
     nodes.scratch.set_position(q);
     nodes.scratch.set_motion(dq, u);
     const double time = nodes.time[lane];
-    f(Node{nodes.scratch, dq, u, p_ref, R_ref, time, nodes.near}, lane);
+    f(Node{nodes.scratch, dq, u, reference.data(), time, nodes.near}, lane);
   }
 }
 

@@ -12,7 +12,8 @@
 
 namespace steadyhand {
 
-/// Derivatives at one node are taken by z = [q; dq; u], 3n, and behind them the liquid's state if the problem has one.
+/// Derivatives at one node are taken by z = [q; dq; u], 3n, and behind them the state of each tool's liquid if the
+/// problem has liquid.
 template <typename Scalar>
 using NodeGradientOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxEntries, 1>;
 using NodeGradient = NodeGradientOf<double>;  ///< at one node
@@ -37,20 +38,27 @@ struct NearObstacle {
 /// Rows that the constraint of obstacles has for them (OcpSettings::obstacle_rows).
 using NearObstacles = std::vector<NearObstacle>;
 
+/// Where a tool is to be.
+template <typename Scalar>
+struct ReferencePoseOf {
+  Vector3Of<Scalar> p = Vector3Of<Scalar>::Zero();      ///< m, base frame
+  Matrix3Of<Scalar> R = Matrix3Of<Scalar>::Identity();  ///< tool to base
+};
+
 /// The input of a term at one node of the horizon, or (Scalar = Lanes) at kLanes of them.
 template <typename Scalar>
 struct NodeOf {
-  const KinematicsOf<Scalar>& arm;              ///< at q; with the motion (dq, u) where the term acts on intervals
-  const JointVectorOf<Scalar>& dq;              ///< rad/s (m/s)
-  const JointVectorOf<Scalar>& u;               ///< ddq, rad/s^2 (m/s^2)
-  const Vector3Of<Scalar>& p_ref;               ///< m, base frame
-  const Matrix3Of<Scalar>& R_ref;               ///< tool to base
-  const Scalar& time;                           ///< s, since node 0
-  const NearObstacles& near;                    ///< obstacles of the instance
-  const SloshStateOf<Scalar>* slosh = nullptr;  ///< the liquid's state; null in a problem without liquid
-  const LiquidInstance* liquid = nullptr;       ///< liquid of the instance; null likewise
-  const JointVector* u_followed = nullptr;      ///< acceleration of the arm until node 0
-  double clearance = 0.0;                       ///< m, clearance of the instance
+  const KinematicsOf<Scalar>& arm;                ///< at q; with the motion (dq, u) where the term acts on intervals
+  const JointVectorOf<Scalar>& dq;                ///< rad/s (m/s)
+  const JointVectorOf<Scalar>& u;                 ///< ddq, rad/s^2 (m/s^2)
+  const ReferencePoseOf<Scalar>* reference;       ///< of each tool
+  const Scalar& time;                             ///< s, since node 0
+  const NearObstacles& near;                      ///< obstacles of the instance
+  const SloshStateOf<Scalar>* slosh = nullptr;    ///< states of each tool's liquid; null in a problem without liquid
+  const LiquidInstance* liquid = nullptr;         ///< liquid of each tool; null likewise
+  const JointVector* u_followed = nullptr;        ///< acceleration of the arm until node 0
+  double clearance = 0.0;                         ///< m, clearance of the instance
+  const ReferencePoseOf<double>* held = nullptr;  ///< OcpInstance::held
 };
 using Node = NodeOf<double>;  ///< one
 
@@ -72,12 +80,25 @@ struct WeightRange {
   bool logarithmic = false;  ///< by factors from min > 0 on, and 0 at the lower end
 };
 
+/// How many weights an objective has.
+struct WeightCount {
+  /// For each of what there is a set of weights.
+  enum class Of { kProblem, kTool, kJoint };
+  int each = 1;          ///< in a set
+  Of of = Of::kProblem;  ///< one set, or one for each tool or joint
+  /// In all, for this robot.
+  int in(const RobotModel& model) const {
+    return each * (of == Of::kJoint ? model.dof() : of == Of::kTool ? model.tool_count() : 1);
+  }
+};
+
 /// Name and weights of an objective. They are defined in the objective's file: profiles, logs, reports, messages and
 /// pages take them from there.
 struct ObjectiveInfo {
   std::string name;          ///< lower-case letters, digits and underscores, the first a letter
   std::string label;         ///< for people
   std::string unit;          ///< unit of a weight
+  WeightCount weights = {};  ///< how many; in all at most kMaxJoints
   WeightRange range = {};    ///< to choose from
   bool offered = true;       ///< pages offer the weight to the operator of a live arm
   double at_rest_min = 0.0;  ///< while the arm only stops, its weights are the profile's, but not below this
@@ -94,8 +115,8 @@ struct ConstraintInfo {
 
 /// One summand of the stage cost, linear in its weights. Const in the loop; the solver multiplies by dt.
 ///
-/// A user's class passes its ObjectiveInfo to the constructor and defines nodes(), weight_count(), and value, gradient
-/// and Hessian at one node. Add it to OcpSettings::objectives.
+/// A user's class passes its ObjectiveInfo to the constructor and defines nodes(), and value, gradient and Hessian at
+/// one node. Add it to OcpSettings::objectives.
 ///
 /// Each function exists for one node and for a batch of nodes. The functions for batches are optional: without them the
 /// nodes are computed one after another. Terms of this project are written once for both, see ObjectiveFor.
@@ -105,8 +126,8 @@ class Objective {
   const ObjectiveInfo& info() const { return info_; }     ///< name, unit and the like
   const std::string& name() const { return info_.name; }  ///< in profiles, logs and reports
   virtual Nodes nodes() const = 0;                        ///< where it acts
-  /// Number of weights for an arm of n joints, at most kMaxJoints.
-  virtual int weight_count(int dof) const = 0;
+  /// Number of weights.
+  int weight_count(const RobotModel& model) const { return info_.weights.in(model); }
   /// Whether it uses the arm's motion (velocities, accelerations of the tool).
   virtual bool needs_motion() const { return nodes() == Nodes::kIntervals; }
   /// Whether for given q and dq the value is a convex quadratic function of u, whose Hessian add_convex_hessian()
@@ -222,7 +243,7 @@ class Constraint {
 
   /// Index in z when the row's value is that entry of z and nothing else, else -1: limits, which solvers treat apart.
   virtual int entry(int /*row*/) const { return -1; }
-  /// Entries of z that the row may depend on, for an arm of n joints. The liquid's state begins at 3n.
+  /// Entries of z that the row may depend on, for an arm of n joints. The states of the liquids begin at 3n.
   virtual EntryRange support(int /*row*/, int dof) const { return {0, 3 * dof}; }
   /// Units of the objective per unit of the row that leaving the row's bounds costs. Infinite: it may not leave them.
   virtual double price(int /*row*/) const { return std::numeric_limits<double>::infinity(); }

@@ -49,6 +49,7 @@ PipelineSettings::PipelineSettings(const Profile& profile) { apply(profile, reta
 
 Result<std::unique_ptr<Pipeline>> Pipeline::make(RobotModel model, const PipelineSettings& settings) {
   if (Status s = check(model); !s) return s.error();
+  if (Status s = check_one_tool(model); !s) return s.error();
   if (Status s = check_numbers(model, settings); !s) return s.error();
   auto owned = std::make_unique<const RobotModel>(std::move(model));
   auto planner = Planner::make(*owned, settings.ocp, settings.planner);

@@ -38,7 +38,7 @@ ActiveConstraint touching_obstacle(const Plan& plan, int nodes, const Obstacles&
     arm.set_position(plan.x[k].head(arm.dof()));
     sweep.pass(arm);
   }
-  sweep.find(nodes * plan.dt, clearance + kGap, LinkLengths::Zero());
+  sweep.find(nodes * plan.dt, clearance + kGap, LinkLengths::Zero(arm.dof() + 1));
   for (int k = 1; k <= nodes && found.kind == ConstraintKind::kNone; ++k) {
     arm.set_position(plan.x[k].head(arm.dof()));
     sweep.for_each_near([&](int body, int obstacle) {
@@ -69,7 +69,7 @@ ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstanc
   const RobotModel& model = kinematics.model();
   const int n = model.dof(), last = std::min(nodes, plan.intervals);
   for (int k = 0; k < reference.nodes; ++k) {
-    if ((reference.p[k] - reach.center).norm() > reach.radius - kGap) return {ConstraintKind::kReach, -1, -1};
+    if ((reference.tools[0].p[k] - reach.center).norm() > reach.radius - kGap) return {ConstraintKind::kReach, -1, -1};
   }
   ActiveConstraint pair, position, velocity, acceleration;
   for (int k = 1; k <= last; ++k) {

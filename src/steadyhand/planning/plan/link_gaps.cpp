@@ -8,23 +8,22 @@
 namespace steadyhand {
 
 LinkPairs levers(const RobotModel& model, const Obstacles& obstacles) {
-  const int n = model.dof();
-  LinkPairs result = LinkPairs::Zero();
-  for (const Body& body : model.bodies) {
-    const double reach = body.origin.translation().norm() + body.shape.extent();
-    for (int i = 0; i < body.link; ++i) result(i, body.link) = std::max(result(i, body.link), reach);
-  }
+  LinkLengths reach = LinkLengths::Zero(model.dof() + 1);  // m, from a link's frame
+  for (const Body& body : model.bodies)
+    reach[body.link] = std::max(reach[body.link], body.origin.translation().norm() + body.shape.extent());
   for (const Obstacle& carried : obstacles.all()) {
     if (!carried.carried) continue;
-    const double reach = (model.tool.origin * carried.at.p).norm() + carried.shape.extent();
-    for (int i = 0; i < n; ++i) result(i, n) = std::max(result(i, n), reach);
+    const Tool& tool = model.tools[carried.tool];
+    reach[tool.link] = std::max(reach[tool.link], (tool.origin * carried.at.p).norm() + carried.shape.extent());
   }
-  for (int j = 1; j <= n; ++j) {
-    double length = 0.0;
-    for (int i = j - 1; i >= 0; --i) {
+  LinkPairs result = all_link_pairs(model, 0.0);
+  for (int j = 1; j <= model.dof(); ++j) {
+    double length = reach[j];
+    for (int link = j; link > 0; link = model.parent(link - 1)) {
+      const int i = link - 1;
       const bool slides = model.joints[i].type == JointType::kPrismatic;
       if (slides) length += std::max(std::abs(model.position_min[i]), std::abs(model.position_max[i]));
-      result(i, j) = slides ? 1.0 : result(i, j) + length;  // a sliding joint moves all points at its speed
+      result(i, j) = slides ? 1.0 : length;  // a sliding joint moves all points at its speed
       length += model.joints[i].origin.translation().norm();
     }
   }
@@ -38,52 +37,56 @@ constexpr double kFar = 1e6;
 
 /// Smallest sum of the radii of two bodies of two links: their cores are further apart than their surfaces by this.
 LinkPairs least_radii(const RobotModel& model, const Obstacles& obstacles) {
-  LinkPairs least = LinkPairs::Constant(kFar);
+  LinkPairs least = all_link_pairs(model, kFar);
   const auto include = [&](int row, int link, double radii) { least(row, link) = std::min(least(row, link), radii); };
+  const auto include_obstacles = [&](int link, double radius) {
+    for (int kind = 0; kind < kObstacleRows; ++kind) include(row_of(ObstacleRow(kind), model), link, radius);
+  };
   for (const auto& [i, j] : model.pairs) {
     const Body &first = model.bodies[i], &second = model.bodies[j];
     include(first.link, second.link, first.shape.radius + second.shape.radius);
   }
-  for (const Body& body : model.bodies) {
-    for (int kind = 0; kind < kObstacleRows; ++kind) include(row_of(ObstacleRow(kind)), body.link, body.shape.radius);
-  }
-  for (const Obstacle& carried : obstacles.all()) {
-    if (!carried.carried) continue;
-    for (int kind = 0; kind < kObstacleRows; ++kind)
-      include(row_of(ObstacleRow(kind)), model.dof(), carried.shape.radius);
-  }
+  for (const Body& body : model.bodies) include_obstacles(body.link, body.shape.radius);
+  for (const Obstacle& carried : obstacles.all())
+    if (carried.carried) include_obstacles(model.tools[carried.tool].link, carried.shape.radius);
   for_each_carried_pair(model, obstacles, [&](int body, int obstacle) {
-    include(model.bodies[body].link, model.dof(),
-            model.bodies[body].shape.radius + obstacles.list[obstacle].shape.radius);
+    const Obstacle& carried = obstacles.list[obstacle];
+    const auto [low, high] = std::minmax(model.bodies[body].link, model.tools[carried.tool].link);
+    include(low, high, model.bodies[body].shape.radius + carried.shape.radius);
   });
   return least;
 }
 
-/// Largest speed and acceleration of points of link j, relative to link i or to an obstacle.
+/// Largest speed and acceleration of points of two links, or of a link and an obstacle, relative to each other.
 struct Motion {
-  LinkPairs speed = LinkPairs::Zero();         ///< m/s
-  LinkPairs acceleration = LinkPairs::Zero();  ///< m/s^2
+  LinkPairs speed;         ///< m/s
+  LinkPairs acceleration;  ///< m/s^2
 };
 
-/// Bounds while the joints are no faster than `speed`. Relative to link i the velocity of a point of link j is the sum
-/// over joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration the sum over joints k
-/// and l of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
-Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration,
-               const LinkLengths& obstacle_speed) {
-  const int n = static_cast<int>(speed.size());
-  Motion most;
-  for (int j = 1; j <= n; ++j) {
+/// Bounds while the joints are no faster than `speed`. Seen from the link that carries both, the velocity of a point of
+/// a link is the sum over the joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration
+/// the sum over joints k and l of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
+Motion fastest(const RobotModel& model, const LinkPairs& levers, const JointVector& speed,
+               const JointVector& acceleration, const LinkLengths& obstacle_speed) {
+  Motion most{all_link_pairs(model, 0.0), all_link_pairs(model, 0.0)};
+  for (int j = 1; j <= model.dof(); ++j) {
     for (int i = 0; i < j; ++i) {
-      double before = 0.0;
-      for (int k = i; k < j; ++k) {
-        most.speed(i, j) += levers(k, j) * speed[k];
-        most.acceleration(i, j) += levers(k, j) * (acceleration[k] + speed[k] * (speed[k] + 2.0 * before));
-        before += speed[k];
+      double of_i = 0.0, of_j = 0.0;  // m/s, by joints further from the base
+      for (int a = i, b = j; a != b;) {
+        const bool along_j = b > a;
+        const int k = (along_j ? b : a) - 1;
+        const double lever = levers(k, along_j ? j : i);
+        double& beyond = along_j ? of_j : of_i;
+        most.acceleration(i, j) += lever * (acceleration[k] + speed[k] * speed[k]) + 2.0 * speed[k] * beyond;
+        beyond += lever * speed[k];
+        (along_j ? b : a) = model.parent(k);
       }
+      most.speed(i, j) = of_i + of_j;
     }
   }
   most.speed.bottomRows<kObstacleRows>().rowwise() = most.speed.row(0).eval();
-  for (const ObstacleRow kind : {kMoving, kEnteredMoving}) most.speed.row(row_of(kind)) += obstacle_speed.transpose();
+  for (const ObstacleRow kind : {kMoving, kEnteredMoving})
+    most.speed.row(row_of(kind, model)) += obstacle_speed.transpose();
   most.acceleration.bottomRows<kObstacleRows>().rowwise() = most.acceleration.row(0).eval();
   return most;
 }
@@ -107,7 +110,7 @@ LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const Lin
 
 LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t, const LinkPairsMask& wanted) {
   const RobotModel& model = kinematics.model();
-  LinkPairs smallest = LinkPairs::Constant(kFar);
+  LinkPairs smallest = all_link_pairs(model, kFar);
   if (obstacles.count() > 0) {
     const LinkMask links = wanted.bottomRows<kObstacleRows>().colwise().any().transpose();
     smallest.bottomRows<kObstacleRows>() = obstacle_gaps(obstacles, kinematics, t, links).min(kFar);
@@ -120,9 +123,9 @@ LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, dou
     least = std::min(least, distance(first.shape, kinematics.body(i), second.shape, kinematics.body(j)));
   }
   for_each_carried_pair(model, obstacles.obstacles(), [&](int body, int obstacle) {
-    if (!wanted(model.bodies[body].link, model.dof())) return;
-    double& least = smallest(model.bodies[body].link, model.dof());
-    least = std::min(least, carried_gap(kinematics, body, obstacles.obstacles().list[obstacle]));
+    const Obstacle& carried = obstacles.obstacles().list[obstacle];
+    const auto [low, high] = std::minmax(model.bodies[body].link, model.tools[carried.tool].link);
+    if (wanted(low, high)) smallest(low, high) = std::min(smallest(low, high), carried_gap(kinematics, body, carried));
   });
   return smallest;
 }
@@ -150,7 +153,8 @@ LinkPairs GapsBetween::gaps_at(const Moment& moment, const LinkPairsMask& wanted
 PlanFault GapsBetween::look(Moment& first, Moment& last, const JointVector& acceleration) {
   const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
   const LinkPairs way =
-      (last.t - first.t) * fastest(levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest()).speed;
+      (last.t - first.t) *
+      fastest(kinematics_.model(), levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest()).speed;
   last.gaps = first.gaps - way;
   LinkPairsMask untold = last.gaps < smallest_;
   if (!untold.any()) return PlanFault::kNone;
@@ -170,7 +174,7 @@ PlanFault GapsBetween::look_closer(const Moment& first, const Moment& last, cons
                                    int halvings) {
   const double h = last.t - first.t, s = 0.5 * h;
   const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
-  const Motion most = fastest(levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest());
+  const Motion most = fastest(kinematics_.model(), levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest());
   LinkPairs least = 0.5 * (first.gaps + last.gaps - h * most.speed);
   if (contact(least, smallest_) == PlanFault::kNone) return PlanFault::kNone;
   least = least.max(least_between(first.gaps, last.gaps, radii_, most, h));

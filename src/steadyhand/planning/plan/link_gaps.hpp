@@ -8,22 +8,31 @@
 
 namespace steadyhand {
 
-/// A value for each pair of links, the one nearer to the base first; the last rows: obstacles (ObstacleRow) and a link.
-using LinkPairs = Eigen::Array<double, kMaxJoints + 1 + kObstacleRows, kMaxJoints + 1>;
+/// Something for each pair of n + 1 links, the lower one first; behind these rows: obstacles (ObstacleRow) and a link.
+template <typename T>
+using LinkPairsOf =
+    Eigen::Array<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints + 1 + kObstacleRows, kMaxJoints + 1>;
+using LinkPairs = LinkPairsOf<double>;    ///< numbers
+using LinkPairsMask = LinkPairsOf<bool>;  ///< selects entries of LinkPairs
+/// All the same.
+template <typename T>
+LinkPairsOf<T> all_link_pairs(const RobotModel& model, T value) {
+  return LinkPairsOf<T>::Constant(model.dof() + 1 + kObstacleRows, model.dof() + 1, value);
+}
 /// The row of LinkPairs for a kind of obstacles.
-constexpr int row_of(ObstacleRow kind) { return kMaxJoints + 1 + kind; }
-
-/// Selects entries of LinkPairs.
-using LinkPairsMask = Eigen::Array<bool, LinkPairs::RowsAtCompileTime, LinkPairs::ColsAtCompileTime>;
+inline int row_of(ObstacleRow kind, const RobotModel& model) { return model.dof() + 1 + kind; }
 
 /// Smallest distance between the bodies of two links, or obstacles and a link, m; 1e6 where there are none or where it
 /// is not wanted. Call set_position before.
 /// @param t s, since the sweep's motion began
-LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t,
-               const LinkPairsMask& wanted = LinkPairsMask::Constant(true));
+LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t, const LinkPairsMask& wanted);
+/// All of them.
+inline LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t) {
+  return gaps(kinematics, obstacles, t, all_link_pairs(kinematics.model(), true));
+}
 
-/// Largest distance from a joint's origin to a point of a later link, or of an object that the tool carries, m; indices
-/// (joint, link).
+/// Largest distance from a joint's origin to a point of a link that it moves, or of an object that a tool there
+/// carries, m; indices (joint, link).
 LinkPairs levers(const RobotModel& model, const Obstacles& obstacles);
 
 /// The arm at one time of an interval with constant acceleration.

@@ -5,8 +5,8 @@
 
 namespace steadyhand {
 
-LiquidEstimate::LiquidEstimate(const RobotModel& model, const LiquidSettings& settings)
-    : arm_(model), settings_(settings) {
+LiquidEstimate::LiquidEstimate(const RobotModel& model, const LiquidSettings& settings, int tool)
+    : arm_(model), tool_(tool), settings_(settings) {
   set_glass(settings.glass);
 }
 
@@ -19,7 +19,7 @@ void LiquidEstimate::set_glass(const GlassSettings& glass) {
 
 SloshState LiquidEstimate::at_rest(const JointVector& q) {
   arm_.set_position(q);
-  return model_.at_rest(arm_.R().transpose() * kGravity);
+  return model_.at_rest(arm_.R(tool_).transpose() * kGravity);
 }
 
 double LiquidEstimate::period() const {
@@ -45,7 +45,7 @@ double LiquidEstimate::advance(JointVector& q, JointVector& dq, const JointVecto
   for (int i = 0; i < steps; ++i) {
     arm_.set_position(q + 0.5 * h * dq + 0.125 * h * h * u);
     arm_.set_motion(dq + 0.5 * h * u, u);
-    const Vector3 force = arm_.local_acceleration();
+    const Vector3 force = arm_.local_acceleration(tool_);
     const double gamma = force.z() / kGravity.z();
     for (int mode = 0; mode < kSloshModes; ++mode) {
       const double w = settings_.frequencies[mode] * frequency_;
@@ -70,7 +70,7 @@ double LiquidEstimate::advance(JointVector& q, JointVector& dq, const JointVecto
 
 /// After arm_.set_position: each mode swings about its rest and decays.
 void LiquidEstimate::stand(double duration, SloshState& state) const {
-  const Vector3 force = arm_.R().transpose() * kGravity;
+  const Vector3 force = arm_.R(tool_).transpose() * kGravity;
   const SloshState rest = model_.at_rest(force);
   const double gamma = std::max(0.1, force.z() / kGravity.z());
   for (int mode = 0; mode < kSloshModes; ++mode) {

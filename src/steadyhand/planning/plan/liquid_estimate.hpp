@@ -7,12 +7,12 @@
 
 namespace steadyhand {
 
-/// The liquid's state, predicted from the commanded motion: no sensor measures it. Scratch of one thread;
+/// The state of one tool's liquid, predicted from the commanded motion: no sensor measures it. Scratch of one thread;
 /// allocates nothing after the constructor.
 class LiquidEstimate {
  public:
   /// The model must outlive it.
-  LiquidEstimate(const RobotModel& model, const LiquidSettings& settings);
+  LiquidEstimate(const RobotModel& model, const LiquidSettings& settings, int tool = 0);
 
   /// Sets another glass or another fill.
   void set_glass(const GlassSettings& glass);
@@ -47,6 +47,7 @@ class LiquidEstimate {
   double finish(const Plan& plan, int first, double into, SloshState state);
 
   Kinematics arm_;
+  int tool_;
   LiquidSettings settings_;
   SloshModel model_;
   double frequency_ = 0.0, damping_ = 0.0;

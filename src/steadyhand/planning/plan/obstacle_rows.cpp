@@ -115,7 +115,7 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, Kinematics& sc
     scratch.set_position(x.head(ocp_.dof()));
     sweep.pass(scratch);
   }
-  sweep.find(ocp_.horizon() * ocp_.dt(), kNear, LinkLengths::Zero().eval());
+  sweep.find(ocp_.horizon() * ocp_.dt(), kNear, LinkLengths::Zero(ocp_.dof() + 1));
   find_pairs(sweep, guess, scratch);
 
   const auto same = [](const Pair& a, const Pair& b) {

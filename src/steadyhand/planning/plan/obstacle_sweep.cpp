@@ -21,7 +21,10 @@ Vector3 half_size(const Shape& shape, const Placed& at) {
 }  // namespace
 
 ObstacleSweep::ObstacleSweep(const RobotModel& model, const Obstacles& obstacles, Time start)
-    : model_(&model), obstacles_(&obstacles), since_(to_seconds(start - obstacles.time)) {}
+    : model_(&model),
+      obstacles_(&obstacles),
+      fastest_(LinkLengths::Zero(model.dof() + 1)),
+      since_(to_seconds(start - obstacles.time)) {}
 
 void ObstacleSweep::pass(const Kinematics& arm) {
   for_each_solid(*model_, *obstacles_, [&](int i) {
@@ -46,7 +49,8 @@ void ObstacleSweep::find(double duration, double margin, const LinkLengths& stra
   fastest_.setZero();
   for_each_solid(*model_, *obstacles_, [&](int i) {
     near_[i] = 0;
-    const int link = i < kMaxBodies ? model_->bodies[i].link : model_->dof();
+    const int link =
+        i < kMaxBodies ? model_->bodies[i].link : model_->tools[obstacles_->list[i - kMaxBodies].tool].link;
     if (link == 0) return;  // the arm cannot avoid obstacles that come near its base
     for (int o = 0; o < obstacles_->count; ++o) {
       const Obstacle& obstacle = obstacles_->list[o];
@@ -74,7 +78,7 @@ void ObstacleSweep::note_entered(const Kinematics& arm, double overlap) {
 }
 
 ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t, const LinkMask& wanted) {
-  ObstacleGaps smallest = ObstacleGaps::Constant(std::numeric_limits<double>::infinity());
+  ObstacleGaps smallest = ObstacleGaps::Constant(kObstacleRows, arm.dof() + 1, std::numeric_limits<double>::infinity());
   sweep.for_each_near([&](int body, int obstacle) {
     const Solid part = solid(arm, sweep.obstacles(), body);
     if (!wanted[part.link]) return;

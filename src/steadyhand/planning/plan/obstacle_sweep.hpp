@@ -9,10 +9,10 @@
 
 namespace steadyhand {
 
-/// A length for each link.
-using LinkLengths = Eigen::Array<double, kMaxJoints + 1, 1>;
+/// A length for each of n + 1 links.
+using LinkLengths = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints + 1, 1>;
 /// Some of the links.
-using LinkMask = Eigen::Array<bool, kMaxJoints + 1, 1>;
+using LinkMask = Eigen::Array<bool, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints + 1, 1>;
 
 /// Which bodies of the arm, and of the objects it carries (solid_of), may come near which obstacles on a motion. The
 /// test uses boxes around the path of each, aligned with the base's axes. Pairs that it excludes are not near; the
@@ -59,7 +59,7 @@ class ObstacleSweep {
 
   const RobotModel* model_;
   const Obstacles* obstacles_;
-  LinkLengths fastest_ = LinkLengths::Zero();
+  LinkLengths fastest_;
   double since_;  ///< s, from the obstacles' time to the motion's beginning
   std::array<Box, kMaxSolids> ways_;
   std::array<std::uint64_t, kMaxSolids> near_{};     ///< bit o of a body: obstacle o
@@ -74,7 +74,8 @@ enum ObstacleRow : int { kStanding, kMoving, kEnteredStanding, kEnteredMoving };
 inline constexpr int kObstacleRows = 4;  ///< how many kinds there are
 
 /// Smallest gaps of each link to obstacles of each kind, m; infinity where there is none or it is not wanted.
-using ObstacleGaps = Eigen::Array<double, kObstacleRows, kMaxJoints + 1>;
+using ObstacleGaps =
+    Eigen::Array<double, kObstacleRows, Eigen::Dynamic, Eigen::ColMajor, kObstacleRows, kMaxJoints + 1>;
 
 /// Gaps to the obstacles from find(), t (s) after the motion's beginning. Call set_position before.
 ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t, const LinkMask& wanted);

@@ -36,34 +36,35 @@ bool beyond(const JointVector& value, const JointVector& lower, const JointVecto
   return ((value - lower).array() < -tolerance).any() || ((value - upper).array() > tolerance).any();
 }
 
-/// Speed of the third joint's origin, m/s.
-double elbow_speed(const RobotModel& model, const JointVector& q, const JointVector& dq) {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  Vector3 angular = Vector3::Zero(), linear = Vector3::Zero();  // velocity of the joint's frame, base frame
-  for (int k = 0; k < std::min(3, model.dof()); ++k) {
-    const Joint& joint = model.joints[k];
-    const Eigen::Isometry3d next = pose * joint.origin;
-    linear += angular.cross(next.translation() - pose.translation());
-    const Vector3 axis = next.linear() * joint.axis;
-    if (k == 2) return linear.norm();
-    (joint.type == JointType::kRevolute ? angular : linear) += dq[k] * axis;
-    pose = next * motion(joint, q[k]);
+/// Largest speed of the origin of an arm's third joint, m/s. After set_position.
+double elbow_speed(const Kinematics& kinematics, const JointVector& dq) {
+  double fastest = 0.0;
+  for (int t = 0; t < kinematics.tool_count(); ++t) {
+    const std::vector<int>& chain = kinematics.chain(t);
+    if (chain.size() < 3) continue;
+    Vector3 speed = Vector3::Zero();
+    for (const int k : {chain[0], chain[1]}) speed += dq[k] * kinematics.dpoint(k, kinematics.origin(chain[2]));
+    fastest = std::max(fastest, speed.norm());
   }
-  return 0.0;
+  return fastest;
 }
 
-/// After set_position.
+/// Of the fastest tool. After set_position.
 double tool_speed(const Kinematics& kinematics, const JointVector& dq) {
-  Vector3 speed = Vector3::Zero();
-  for (int k = 0; k < kinematics.dof(); ++k) speed += dq[k] * kinematics.dp(k);
-  return speed.norm();
+  double fastest = 0.0;
+  for (int t = 0; t < kinematics.tool_count(); ++t) {
+    Vector3 speed = Vector3::Zero();
+    for (const int k : kinematics.chain(t)) speed += dq[k] * kinematics.dp(k, t);
+    fastest = std::max(fastest, speed.norm());
+  }
+  return fastest;
 }
 
 /// Finds the pairs that the plan may bring near from interval `first` on. No point is further from its position at a
 /// node than half of its path to the next one.
 void find_near(const Plan& plan, int first, const LinkPairs& levers, Kinematics& arm, ObstacleSweep& sweep) {
   const int n = arm.dof();
-  LinkLengths stray = LinkLengths::Zero();
+  LinkLengths stray = LinkLengths::Zero(n + 1);
   for (int k = first; k <= plan.intervals; ++k) {
     arm.set_position(plan.x[k].head(n));
     sweep.pass(arm);
@@ -71,7 +72,7 @@ void find_near(const Plan& plan, int first, const LinkPairs& levers, Kinematics&
     const JointVector speed = plan.x[k].tail(n).cwiseAbs().cwiseMax(plan.x[k + 1].tail(n).cwiseAbs());
     for (int j = 1; j <= n; ++j) {
       double way = 0.0;
-      for (int i = 0; i < j; ++i) way += plan.dt * levers(i, j) * speed[i];
+      for (int i = 0; i < j; ++i) way += plan.dt * levers(i, j) * speed[i];  // 0 of joints that do not move it
       stray[j] = std::max(stray[j], 0.5 * way);
     }
   }
@@ -143,14 +144,14 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
   LinkPairs smallest = usual;
   const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : kAnySpeed; };
   const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, start.dq));
-  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, start.q, start.dq));
+  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(kinematics, start.dq));
   GapsBetween gaps_between(kinematics, sweep, reach, smallest, settings.tolerance);
   const bool speeds_count = std::min(tool_most, elbow_most) < kAnySpeed;
   const auto too_fast = [&](const Moment& moment) {
     if (!speeds_count) return PlanFault::kNone;
     kinematics.set_position(moment.q);
     if (tool_speed(kinematics, moment.dq) > tool_most) return PlanFault::kToolSpeed;
-    if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
+    if (elbow_speed(kinematics, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
     return PlanFault::kNone;
   };
   // An obstacle that approaches the arm may come as near as if the arm braked at once, which is always allowed.
@@ -160,8 +161,8 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
       kinematics.set_position(straight_stop_at(model, start.q, start.dq, t));
       const LinkPairs braking = gaps(kinematics, sweep, t);
       for (const ObstacleRow kind : {kMoving, kEnteredMoving}) {
-        auto row = smallest.row(row_of(kind));
-        row = row.min(braking.row(row_of(kind)) - settings.tolerance);
+        auto row = smallest.row(row_of(kind, model));
+        row = row.min(braking.row(row_of(kind, model)) - settings.tolerance);
       }
     }
   };

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
+#include <ranges>
 #include <utility>
 
 #include "steadyhand/geometry/robot/model_check.hpp"
@@ -126,15 +128,18 @@ Status add_damping(Objectives& objectives) {
 /// over the rim. Beyond that, spilling would cost less than the distance, and a far reference would make the arm too
 /// fast to stop within the horizon.
 void draw_near(const JointVector& q, Kinematics& arm, const Ocp& ocp, OcpInstance& instance) {
-  double weight = 0.0;
-  for (std::size_t i = 0; i < ocp.objectives().size(); ++i)
-    if (ocp.objectives()[i]->name() == "position") weight = instance.weights[i].maxCoeff();
-  if (!(weight > 0.0)) return;
-  const double most = ocp.liquid()->price / (2.0 * weight);  // m: the cost's gradient there is the price
   arm.set_position(q);
-  for (int k = 0; k < instance.reference.nodes; ++k) {
-    Vector3& p = instance.reference.p[k];
-    if (const double away = (p - arm.p()).norm(); away > most) p = arm.p() + most / away * (p - arm.p());
+  for (int t = 0; t < ocp.tool_count(); ++t) {
+    if (!instance.liquid[t].counts) continue;
+    double weight = 0.0;
+    for (std::size_t i = 0; i < ocp.objectives().size(); ++i)
+      if (ocp.objectives()[i]->name() == "position") weight = instance.weights[i].segment<3>(3 * t).maxCoeff();
+    if (!(weight > 0.0)) continue;
+    const double most = ocp.liquid()->price / (2.0 * weight);  // m: the cost's gradient there is the price
+    for (int k = 0; k < instance.reference.nodes; ++k) {
+      Vector3& p = instance.reference.tools[t].p[k];
+      if (const double away = (p - arm.p(t)).norm(); away > most) p = arm.p(t) + most / away * (p - arm.p(t));
+    }
   }
 }
 
@@ -152,9 +157,11 @@ Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settin
   instance_.near.resize(ocp_.obstacle_rows());
   kinematics_.set_position(model.home);
   settings_.clearance = std::clamp(0.25 * steadyhand::clearance(kinematics_), 0.0, settings_.clearance);
-  if (!ocp_.liquid()) return;
-  liquid_ = std::make_unique<LiquidEstimate>(model, *ocp_.liquid());
-  (void)set_glass(ocp_.liquid()->glass);
+  liquids_.resize(ocp_.liquid() ? ocp_.tool_count() : 0);
+  for (int t = 0; t < std::ssize(liquids_); ++t) {
+    liquids_[t].estimate = std::make_unique<LiquidEstimate>(model, *ocp_.liquid(), t);
+    (void)set_glass(ocp_.liquid()->glass, t);
+  }
 }
 
 Planner::~Planner() = default;
@@ -193,9 +200,9 @@ void Planner::set_weights(std::span<const JointVector> weights) {
 }
 
 void Planner::reset(const JointVector& q, Time now) {
-  if (liquid_) {
+  for (auto& [estimate, known] : liquids_) {
     const bool stands = plan_.joints > 0 && (sample(plan_, now).q - q).lpNorm<Eigen::Infinity>() < 1e-9;
-    set_liquid(stands ? liquid_->at(plan_, liquid_state_, liquid_at_, now) : liquid_->at_rest(q), now);
+    known = {stands ? estimate->at(plan_, known.state, known.at, now) : estimate->at_rest(q), now};
   }
   stand(q, now, plan_);
   fault_ = PlanFault::kNone;
@@ -208,22 +215,26 @@ void Planner::continue_from(const Planner& before) {
   fault_ = PlanFault::kNone;
   more_clearance_ = 0.0;
   warm_start_->reset(plan_.start);
-  if (!liquid_) return;
-  const bool knows = before.liquid_ != nullptr;
-  set_liquid(knows ? before.liquid_state_ : liquid_->at_rest(plan_.x[0].head(plan_.joints)),
-             knows ? before.liquid_at_ : plan_.start);
+  const bool knows = !before.liquids_.empty();
+  for (std::size_t t = 0; t < liquids_.size(); ++t) {
+    const SloshState rest = liquids_[t].estimate->at_rest(plan_.x[0].head(plan_.joints));
+    liquids_[t].known = {knows ? before.liquids_[t].known.state : rest,
+                         knows ? before.liquids_[t].known.at : plan_.start};
+  }
 }
 
-Status Planner::set_glass(const GlassSettings& glass) {
-  if (!liquid_) return Error{"the problem knows no liquid"};
+Status Planner::set_glass(const GlassSettings& glass, int tool) {
+  if (liquids_.empty()) return Error{"the problem knows no liquid"};
+  if (tool < 0 || tool >= std::ssize(liquids_))
+    return Error{fmt::format("a glass for tool {}; the tools are 0 to {}", tool, liquids_.size() - 1)};
   LiquidSettings settings = *ocp_.liquid();
   settings.glass = glass;
   if (Status s = check(settings); !s) return s.error();
-  liquid_->set_glass(glass);
-  instance_.liquid.glass = glass;
-  instance_.liquid.model = SloshModel(glass, ocp_.dt(), settings.frequencies);
-  instance_.liquid.room = std::max(0.25 * glass.freeboard(), glass.freeboard() - settings.margin);
-  freeboard_ = glass.freeboard();
+  liquids_[tool].estimate->set_glass(glass);
+  LiquidInstance& liquid = instance_.liquid[tool];
+  liquid.glass = glass;
+  liquid.model = SloshModel(glass, ocp_.dt(), settings.frequencies);
+  liquid.room = std::max(0.25 * glass.freeboard(), glass.freeboard() - settings.margin);
   return Done{};
 }
 
@@ -231,6 +242,11 @@ Status Planner::set_obstacles(const Obstacles& obstacles) {
   if (Status s = check(obstacles); !s) return s.error();
   if (obstacles.count > 0 && ocp_.obstacle_rows() == 0) {
     return Error{fmt::format("{} obstacles for a problem whose obstacle_rows is 0", obstacles.count)};
+  }
+  for (const Obstacle& obstacle : obstacles.all()) {
+    if (obstacle.tool < 0 || obstacle.tool >= ocp_.tool_count())
+      return Error{fmt::format("an obstacle is carried by tool {}; the tools are 0 to {}", obstacle.tool,
+                               ocp_.tool_count() - 1)};
   }
   settings_.obstacles = obstacles;
   return Done{};
@@ -242,11 +258,12 @@ const Plan& Planner::update(const Reference& reference) {
   instance_.x0 << now.q, now.dq;
   instance_.u_followed = sample(plan_, reference.start - Time(1)).ddq;
   instance_.reference = reference;
-  if (liquid_) {
-    instance_.liquid.state = liquid_->at(plan_, liquid_state_, liquid_at_, reference.start);
-    set_liquid(instance_.liquid.state, reference.start);
-    if (instance_.liquid.counts) draw_near(now.q, kinematics_, ocp_, instance_);
+  for (std::size_t t = 0; t < liquids_.size(); ++t) {
+    auto& [estimate, known] = liquids_[t];
+    known = {estimate->at(plan_, known.state, known.at, reference.start), reference.start};
+    instance_.liquid[t].state = known.state;
   }
+  if (!liquids_.empty()) draw_near(now.q, kinematics_, ocp_, instance_);
   set_clearance(reference.start);
   warm_start_->shift(instance_.x0, reference.start);
   obstacle_rows_->choose(settings_.obstacles, reference.start, kinematics_, *warm_start_, instance_);
@@ -304,7 +321,21 @@ void Planner::set_clearance(Time now) {
 
 /// Sets candidate_ to the longest part of the solution after which a stop passes the check.
 void Planner::find_plan(const Reference& reference) {
-  return liquid_ && instance_.liquid.counts ? find_level_plan(reference) : find_any_plan(reference);
+  const bool some_count = std::ranges::any_of(instance_.liquid, &LiquidInstance::counts);
+  return some_count && !liquids_.empty() ? find_level_plan(reference) : find_any_plan(reference);
+}
+
+template <typename F>
+Planner::Waves Planner::waves(const F& wave_of) {
+  Waves result{0.0, -std::numeric_limits<double>::infinity()};
+  for (std::size_t t = 0; t < liquids_.size(); ++t) {
+    const LiquidInstance& liquid = instance_.liquid[t];
+    if (!liquid.counts) continue;
+    const double wave = wave_of(*liquids_[t].estimate, liquid.state);
+    result.highest = std::max(result.highest, wave);
+    result.over = std::max(result.over, wave - liquid.glass.freeboard());
+  }
+  return result;
 }
 
 /// An even stop continues along the path; a hard stop is the shortest, for where that path is not free.
@@ -323,46 +354,58 @@ void Planner::find_level_plan(const Reference& reference) {
   constexpr double kEven = 0.0, kPeriods[] = {1.0, 2.0, 3.0, kEven};  // durations of the stop, in periods
   struct {
     int intervals = 0;
-    double periods = 0.0, wave = 0.0;
-  } least;  // lowest wave among candidates that pass the check
+    double periods = 0.0;
+    Waves waves;
+  } least;                      // lowest wave among candidates that pass the check
+  double longest_period = 0.0;  // s
+  for (const Liquid& liquid : liquids_) longest_period = std::max(longest_period, liquid.estimate->period());
   const auto make = [&](int intervals, double periods) {
     make_plan(reference, intervals);
-    if (periods > 0.0) return make_level_stop(kinematics_, intervals, periods * liquid_->period(), candidate_);
+    if (periods > 0.0) return make_level_stop(kinematics_, intervals, periods * longest_period, candidate_);
     make_stop(intervals, Braking::kEven);
     return true;
   };
   const int N = ocp_.horizon();
   make_plan(reference, N);
   candidate_.intervals = N;
-  liquid_->walk(candidate_, instance_.liquid.state);
+  for (std::size_t t = 0; t < liquids_.size(); ++t) liquids_[t].estimate->walk(candidate_, instance_.liquid[t].state);
   for (const int intervals : {N, (N + 1) / 2, 1}) {
     for (const double periods : kPeriods) {
       if (!make(intervals, periods)) continue;
-      const double wave = std::max(liquid_->walked(intervals), liquid_->highest_behind(candidate_, intervals));
-      if (least.intervals > 0 && wave >= least.wave) continue;
+      const Waves now = waves([&](LiquidEstimate& estimate, const SloshState&) {
+        return std::max(estimate.walked(intervals), estimate.highest_behind(candidate_, intervals));
+      });
+      if (least.intervals > 0 && now.over >= least.waves.over) continue;
       fault_ = check_candidate();
       if (fault_ != PlanFault::kNone) continue;
-      least = {intervals, periods, wave};
-      if (wave > freeboard_) continue;
-      highest_wave_ = wave;
+      least = {intervals, periods, now};
+      if (now.over > 0.0) continue;
+      highest_wave_ = now.highest;
       return;
     }
   }
   // If the followed plan has no lower wave, a wave above the rim is no reason to keep it.
-  const double first = liquid_->walked(std::max(1, least.intervals));
-  if (first > freeboard_ && first > liquid_->highest(plan_, instance_.liquid.state, reference.start)) {
+  const double first = waves([&](LiquidEstimate& estimate, const SloshState&) {
+                         return estimate.walked(std::max(1, least.intervals));
+                       }).over;
+  const auto highest_on = [&](const Plan& plan) {
+    return waves([&](LiquidEstimate& estimate, const SloshState& state) {
+      return estimate.highest(plan, state, reference.start);
+    });
+  };
+  if (first > 0.0 && first > highest_on(plan_).over) {
     fault_ = PlanFault::kSpill;
     return;
   }
   fault_ = PlanFault::kNotFinite;
   if (least.intervals == 0) {
     find_any_plan(reference);
-    highest_wave_ = liquid_->highest(candidate_, instance_.liquid.state, reference.start);
+    highest_wave_ = highest_on(candidate_).highest;
     return;
   }
   (void)make(least.intervals, least.periods);
   fault_ = check_candidate();
-  highest_wave_ = least.wave;
+  highest_wave_ = least.waves.highest;
 }
 
 PlanFault Planner::check_candidate() {

@@ -56,10 +56,10 @@ class Planner {
   void continue_from(const Plan& followed) { plan_ = followed; }
   /// Takes the state of the arm, the plan and the liquid from another planner. If that has no liquid, it is at rest.
   void continue_from(const Planner& before);
-  /// Sets the liquid's state at a time, from the arm's real motion; from then on it is predicted on the followed plan.
-  void set_liquid(const SloshState& state, Time at) {
-    liquid_state_ = state;
-    liquid_at_ = at;
+  /// Sets the state of a tool's liquid at a time, from the arm's real motion; from then on it is predicted on the
+  /// followed plan. Does nothing without a liquid.
+  void set_liquid(const SloshState& state, Time at, int tool = 0) {
+    if (!liquids_.empty()) liquids_[tool].known = {state, at};
   }
   /// Another solver, of ocp(), than the settings name. @pre it is not null
   void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
@@ -73,12 +73,14 @@ class Planner {
   /// problem has no rows for them (OcpSettings::obstacle_rows).
   Status set_obstacles(const Obstacles& obstacles);
 
-  /// Another glass, or another fill. Fails, and changes nothing, on an invalid one, and if the problem has no liquid
-  /// (OcpSettings::liquid).
-  Status set_glass(const GlassSettings& glass);
+  /// Another glass at a tool, or another fill. Fails, and changes nothing, on an invalid one, and if the problem has no
+  /// liquid (OcpSettings::liquid).
+  Status set_glass(const GlassSettings& glass, int tool = 0);
   /// Whether the next plans must not spill. Default: true if the problem has a liquid.
-  void set_no_spill(bool on) { instance_.liquid.counts = on && ocp_.liquid(); }
-  /// m: the highest wave that the liquid's model foresees along plan() and after it; 0 without a liquid.
+  void set_no_spill(bool on) {
+    for (LiquidInstance& liquid : instance_.liquid) liquid.counts = on && ocp_.liquid();
+  }
+  /// m: the highest wave that the liquids' models foresee along plan() and after it; 0 without a liquid.
   double highest_wave() const { return highest_wave_; }
 
   /// us for the next solves; 0: as long as they take
@@ -104,6 +106,13 @@ class Planner {
   void find_plan(const Reference& reference);
   void find_any_plan(const Reference& reference);
   void find_level_plan(const Reference& reference);
+  /// Waves of the liquids that count.
+  struct Waves {
+    double highest = 0.0;  ///< m
+    double over = 0.0;     ///< m, over the rim; negative below
+  };
+  template <typename F>
+  Waves waves(const F& wave_of);
   PlanFault check_candidate();
   void make_plan(const Reference& reference, int intervals);
   enum class Braking { kEven, kHard };
@@ -122,11 +131,17 @@ class Planner {
   Evaluation evaluation_;        ///< of figures()
   double more_clearance_ = 0.0;  ///< m, since plans were refused for contact
   Plan plan_, candidate_;
-  // For a problem with a liquid:
-  std::unique_ptr<LiquidEstimate> liquid_;
-  SloshState liquid_state_ = SloshState::Zero();  ///< at liquid_at_; on the way along plan_ from there on
-  Time liquid_at_{0};
-  double highest_wave_ = 0.0, freeboard_ = 0.0;
+  /// Of one tool, in a problem with a liquid.
+  struct Liquid {
+    std::unique_ptr<LiquidEstimate> estimate;
+    /// The state at a time; on the way along plan_ from there on.
+    struct {
+      SloshState state = SloshState::Zero();
+      Time at{0};
+    } known;
+  };
+  std::vector<Liquid> liquids_;  ///< of each tool, or none
+  double highest_wave_ = 0.0;
   PlanFault fault_ = PlanFault::kNone;
 };
 

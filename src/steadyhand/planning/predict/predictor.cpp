@@ -109,9 +109,10 @@ Reference Predictor::predict(Time start) const {
     const Vector3 from_center = target.p - settings_.reach_center;
     const double distance = from_center.norm();
     const bool beyond = distance > settings_.reach;
-    reference.p[k] = beyond ? Vector3(settings_.reach_center + (settings_.reach / distance) * from_center) : target.p;
-    reference.R[k] = target.q.toRotationMatrix();
-    if (!lost) reference.spread[k] = spread(then);
+    reference.tools[0].p[k] =
+        beyond ? Vector3(settings_.reach_center + (settings_.reach / distance) * from_center) : target.p;
+    reference.tools[0].R[k] = target.q.toRotationMatrix();
+    if (!lost) reference.tools[0].spread[k] = spread(then);
   }
   return reference;
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "steadyhand/planning/ocp/evaluation.hpp"
@@ -12,8 +13,10 @@ double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, con
   const double dt = ocp.dt();
 
   double worst = (trajectory.x[0] - evaluation.instance().x0).lpNorm<Eigen::Infinity>();
-  StateVector costate = StateVector::Zero(2 * n);  // dL/dx_{k+1} of everything from node k + 1 on
-  SloshState liquid_costate = SloshState::Zero();  // the same by the liquid's state
+  StateVector costate = StateVector::Zero(2 * n);     // dL/dx_{k+1} of everything from node k + 1 on
+  std::array<SloshState, kMaxTools> liquid_costates;  // the same by the state of each tool's liquid
+  liquid_costates.fill(SloshState::Zero());
+  const int liquids = ocp.liquid() ? ocp.tool_count() : 0;
   for (int k = ocp.horizon(); k >= 0; --k) {
     NodeGradient gradient = NodeGradient::Zero(entries);
     evaluation.add_objective_gradient(k, 1.0, gradient);
@@ -36,11 +39,12 @@ double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, con
         worst = std::max(worst, std::isfinite(slack) ? std::abs(multiplier * slack) : std::abs(multiplier));
     }
     if (k < ocp.horizon()) {
-      if (ocp.liquid()) {
-        const SloshStep& step = evaluation.slosh_step(k);
-        gradient.head(3 * n) += step.by_motion.transpose() * (step.by_force.transpose() * liquid_costate);
-        liquid_costate = step.pull_back(liquid_costate);
-        worst = std::max(worst, (evaluation.slosh(k + 1) - step.next(evaluation.slosh(k))).lpNorm<Eigen::Infinity>());
+      for (int t = 0; t < liquids; ++t) {
+        const SloshStep& step = evaluation.slosh_step(k, t);
+        gradient.head(3 * n) += step.by_motion.transpose() * (step.by_force.transpose() * liquid_costates[t]);
+        liquid_costates[t] = step.pull_back(liquid_costates[t]);
+        worst =
+            std::max(worst, (evaluation.slosh(k + 1, t) - step.next(evaluation.slosh(k, t))).lpNorm<Eigen::Infinity>());
       }
       const JointVector dL_du = gradient.segment(2 * n, n) + 0.5 * dt * dt * costate.head(n) + dt * costate.tail(n);
       worst = std::max({worst, dL_du.lpNorm<Eigen::Infinity>(),
@@ -48,7 +52,7 @@ double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, con
       costate.tail(n) += dt * costate.head(n);
     }
     costate += gradient.head(2 * n);
-    if (ocp.liquid()) liquid_costate += gradient.tail(kSloshStates);
+    for (int t = 0; t < liquids; ++t) liquid_costates[t] += gradient.segment<kSloshStates>(slosh_begin(n, t));
   }
   return worst;
 }

@@ -35,7 +35,11 @@ Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const Sol
   OcpSettings settings;
   settings.weights = problem.weights;
   add_optional_objectives(settings);
-  if (problem.liquid) settings.liquid = problem.liquid->settings;
+  if (problem.tools != prepared.model.tool_count()) {
+    return Error{fmt::format("has references for {} tools; robot '{}' has {}", problem.tools, problem.robot,
+                             prepared.model.tool_count())};
+  }
+  if (!problem.liquid.empty()) settings.liquid = problem.liquid[0].settings;
   const auto names = [](const Objectives& objectives) {
     std::vector<std::string> result;
     for (const auto& each : objectives) result.push_back(each->name());
@@ -73,10 +77,11 @@ Status solve(PreparedSolver& prepared, const ProblemRecord& problem) {
   instance.near.resize(ocp.obstacle_rows());
   instance.u_followed = problem.u_followed;
   instance.clearance = problem.clearance;
-  if (problem.liquid) {
-    const LiquidSettings& liquid = problem.liquid->settings;
-    instance.liquid = {SloshModel(liquid.glass, ocp.dt(), liquid.frequencies), liquid.glass, problem.liquid->counts,
-                       problem.liquid->room, problem.liquid->state};
+  if (problem.held) instance.held = *problem.held;
+  for (std::size_t t = 0; t < problem.liquid.size(); ++t) {
+    const auto& [settings, counts, room, state] = problem.liquid[t];
+    const GlassSettings& glass = settings.glass;
+    instance.liquid[t] = {SloshModel(glass, ocp.dt(), settings.frequencies), glass, counts, room, state};
   }
   Result<std::vector<JointVector>> weights = ocp.weights(problem.weights);
   if (!weights) return weights.error();

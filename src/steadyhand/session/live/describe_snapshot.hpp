@@ -41,8 +41,8 @@ void describe_plan(V& v, SessionSnapshot& s) {
         std::span(s.path).first(static_cast<std::size_t>(nodes)) | std::views::transform(&Pose::p),
         sized(0, kMaxHorizon + 1));
   const auto expected = [&](int k) {
-    const Vector3& p = s.prediction.p[k];
-    const Spread& spread = s.prediction.spread[k];
+    const Vector3& p = s.prediction.tools[0].p[k];
+    const Spread& spread = s.prediction.tools[0].spread[k];
     return std::array{p.x(), p.y(), p.z(), spread.along, spread.across};
   };
   v.add("prediction", "m",

@@ -119,7 +119,7 @@ void Monitor::update(const JointState& state) {
   const double dt = to_seconds(state.stamp.made - last_state_);
   if (result_.states > 0 && dt > 0.0) {
     local_acceleration_ = measured_.R().transpose() * ((velocity - last_velocity_) / dt + kGravity);
-    if (!measured_.model().gripper_time) liquid_.update(dt, local_acceleration_);  // a gripper holds no glass
+    if (!measured_.model().tool().gripper_time) liquid_.update(dt, local_acceleration_);  // a gripper holds no glass
   }
   last_velocity_ = velocity;
   last_state_ = state.stamp.made;

@@ -4,6 +4,7 @@
 
 #include "steadyhand/core/turn.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/geometry/robot/model_check.hpp"
 #include "steadyhand/planning/pipeline/complete.hpp"
 #include "steadyhand/planning/plan/active_constraint.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
@@ -49,6 +50,7 @@ bool stands(const JointCommand& command) { return command.dq.isZero(0.0) && comm
 
 Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel& model, double speed_scaling,
                                                                 const PlanningSettings& settings) {
+  if (Status s = check_one_tool(model); !s) return s.error();
   auto limited = std::make_unique<RobotModel>(within(model, speed_scaling));
   std::vector<std::unique_ptr<Planner>> planners;
   const auto add = [&](const OcpSettings& ocp, const PlannerSettings& how) -> Status {
@@ -343,7 +345,7 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
   if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(scaled_.planner->plan());
   // The followed plan also ends at rest, and spills less than a straight stop.
-  if (!slow && scaled_.planner->ocp().liquid() && scaled_.planner->instance().liquid.counts) return;
+  if (!slow && scaled_.planner->ocp().liquid() && scaled_.planner->instance().liquid[0].counts) return;
   make_straight_stop(scaled_.arm.model(), at_start, kLastPart, stop_);
   stop_.world = settings_.planner.obstacles.version;
   if (check_plan(stop_, stop_.x[0], settings_.planner.check, scaled_.arm, settings_.planner.obstacles) ==

@@ -32,8 +32,8 @@ Result<double> measure_planning_us(const RobotModel& model, const PlanningSettin
     reference.start = from_seconds(t);
     for (int k = 0; k < reference.nodes; ++k) {
       const double phase = kRate * (t + (k + 1) * reference.dt);
-      reference.p[k] = arm.p() + kReach * Vector3(0.0, std::sin(phase), 0.5 * std::sin(0.7 * phase));
-      reference.R[k] = arm.R();
+      reference.tools[0].p[k] = arm.p() + kReach * Vector3(0.0, std::sin(phase), 0.5 * std::sin(0.7 * phase));
+      reference.tools[0].R[k] = arm.R();
     }
     const Time before = clock.now();
     (void)(*planner)->update(reference);

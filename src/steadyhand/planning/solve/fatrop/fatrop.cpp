@@ -46,7 +46,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
       softs_.push_back(static_cast<int>(std::count_if(rows.begin(), rows.end(), soft)));
     }
     guess_ = Trajectory(n_, ocp.horizon());
-    guess_slosh_.resize(ocp.horizon() + 1);
+    guess_slosh_.resize((ocp.horizon() + 1) * ocp.tool_count());
   }
 
   /// Sets what is solved next and picks the posed rows by the guess.
@@ -58,7 +58,9 @@ class FatropOcp final : public fatrop::OcpAbstract {
     deadline_ = deadline;
     trials_ = 0;
     evaluation_.set_trajectory(guess_);
-    for (int k = 0; k <= ocp_.horizon(); ++k) guess_slosh_[k] = evaluation_.slosh(k);
+    for (int k = 0; k <= ocp_.horizon(); ++k) {
+      for (int t = 0; t < ocp_.tool_count(); ++t) guess_slosh_[k * ocp_.tool_count() + t] = evaluation_.slosh(k, t);
+    }
     for (int k = 0; k <= ocp_.horizon(); ++k) pick_rows(k);
   }
 
@@ -94,16 +96,18 @@ class FatropOcp final : public fatrop::OcpAbstract {
       BLASFEO_DMATEL(res, of_x + n_ + i, i) = dt;
       BLASFEO_DMATEL(res, of_x + n_ + i, n_ + i) = 1.0;
     }
-    if (!ocp_.liquid()) return 0;
     set(u, x, k);
-    const SloshStep& step = evaluation_.slosh_step(k);
-    const Eigen::MatrixXd by_motion = step.by_force * step.by_motion;
-    for (int i = 0; i < of_x + get_nx(k); ++i) {
-      const int entry = z_index(i, k);
-      if (entry < 0) continue;
-      for (int j = 0; j < kSloshStates; ++j) {
-        BLASFEO_DMATEL(res, i, 2 * n_ + j) =
-            entry < 3 * n_ ? by_motion(j, entry) : step.pull_back(SloshState::Unit(j))[entry - 3 * n_];
+    for (int t = 0; t < liquids(); ++t) {
+      const SloshStep& step = evaluation_.slosh_step(k, t);
+      const Eigen::MatrixXd by_motion = step.by_force * step.by_motion;
+      const int begin = slosh_begin(n_, t), end = begin + kSloshStates;
+      for (int i = 0; i < of_x + get_nx(k); ++i) {
+        const int entry = z_index(i, k);
+        if (entry < 0 || (entry >= 3 * n_ && (entry < begin || entry >= end))) continue;
+        for (int j = 0; j < kSloshStates; ++j) {
+          BLASFEO_DMATEL(res, i, begin - n_ + j) =
+              entry < 3 * n_ ? by_motion(j, entry) : step.pull_back(SloshState::Unit(j))[entry - begin];
+        }
       }
     }
     return 0;
@@ -116,10 +120,12 @@ class FatropOcp final : public fatrop::OcpAbstract {
     }
     const StateVector next = ocp_.next(state(x, k), input(u, k));
     for (int i = 0; i < 2 * n_; ++i) res[i] = next[i] - x_next[i];
-    if (!ocp_.liquid()) return 0;
     set(u, x, k);
-    const SloshState liquid = evaluation_.slosh_step(k).next(evaluation_.slosh(k));
-    for (int i = 0; i < kSloshStates; ++i) res[2 * n_ + i] = liquid[i] - x_next[2 * n_ + i];
+    for (int t = 0; t < liquids(); ++t) {
+      const SloshState liquid = evaluation_.slosh_step(k, t).next(evaluation_.slosh(k, t));
+      const int begin = slosh_begin(n_, t) - n_;
+      for (int i = 0; i < kSloshStates; ++i) res[begin + i] = liquid[i] - x_next[begin + i];
+    }
     return 0;
   }
 
@@ -140,9 +146,9 @@ class FatropOcp final : public fatrop::OcpAbstract {
       const double multiplier = stretch(k, row(k, i)) * lam_ineq[i];
       if (multiplier != 0.0) evaluation_.add_constraint_hessian(k, row(k, i), multiplier, hessian);
     }
-    if (ocp_.liquid() && k < ocp_.horizon()) {
-      (void)evaluation_.slosh_step(k);
-      evaluation_.add_slosh_hessian(k, Eigen::Map<const SloshState>(lam_dyn + 2 * n_), hessian);
+    for (int t = 0; k < ocp_.horizon() && t < liquids(); ++t) {
+      (void)evaluation_.slosh_step(k, t);
+      evaluation_.add_slosh_hessian(k, Eigen::Map<const SloshState>(lam_dyn + slosh_begin(n_, t) - n_), hessian, t);
     }
     if (!(hessian.cwiseAbs().maxCoeff() < kMostCurvature)) throw Diverged();  // also what is no number
     const Index size = get_nu(k) + get_nx(k);
@@ -235,7 +241,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
   Index get_initial_xk(Scalar* x, const Index k) const override {
     if (is_extra(k)) x[0] = 0.0;
     for (int i = 0; !is_extra(k) && i < get_nx(k); ++i)
-      x[i] = i < 2 * n_ ? guess_.x[k][i] : guess_slosh_[k][i - 2 * n_];
+      x[i] = i < 2 * n_ ? guess_.x[k][i]
+                        : guess_slosh_[k * liquids() + (i - 2 * n_) / kSloshStates][(i - 2 * n_) % kSloshStates];
     return 0;
   }
   Index get_initial_uk(Scalar* u, const Index k) const override {
@@ -292,7 +299,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
       if (const double p = price(row(k, i)); std::isfinite(p)) f(soft++, p);
     }
   }
-  /// Index in z = [q; dq; u; state of the liquid] of entry i of FATROP's (u, x); -1: an excess.
+  int liquids() const { return ocp_.slosh_states() / kSloshStates; }
+  /// Index in z = [q; dq; u; states of the liquids] of entry i of FATROP's (u, x); -1: an excess.
   int z_index(int i, int k) const {
     const int nu = get_nu(k);
     if (i < nu) return i < accelerations(k) ? 2 * n_ + i : -1;
@@ -307,9 +315,12 @@ class FatropOcp final : public fatrop::OcpAbstract {
   }
   void set(const Scalar* u, const Scalar* x, int k) {
     evaluation_.set_node(k, state(x, k), input(u, k));
-    if (!ocp_.liquid()) return;
-    evaluation_.set_slosh(
-        k, k == 0 ? evaluation_.instance().liquid.state : SloshState(Eigen::Map<const SloshState>(x + 2 * n_)));
+    for (int t = 0; t < liquids(); ++t) {
+      evaluation_.set_slosh(k,
+                            k == 0 ? evaluation_.instance().liquid[t].state
+                                   : SloshState(Eigen::Map<const SloshState>(x + slosh_begin(n_, t) - n_)),
+                            t);
+    }
   }
 
   const Ocp& ocp_;
@@ -318,7 +329,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
   std::vector<std::vector<int>> posed_;  ///< by node: indices into Evaluation::rows(k)
   std::vector<int> softs_;               ///< by node: how many rows have a price
   Trajectory guess_;
-  std::vector<SloshState> guess_slosh_;
+  std::vector<SloshState> guess_slosh_;  ///< by node and tool
   SteadyClock::time_point deadline_;
   int trials_ = 0;  ///< since the derivatives were asked for
   std::vector<int> order_;

@@ -3,19 +3,23 @@
 namespace steadyhand::realtime {
 
 BatchEvaluation::BatchEvaluation(const Ocp& ocp)
-    : ocp_(ocp), order_{ocp.horizon()}, state_batches_((ocp.horizon() + kLanes - 1) / kLanes), scratch_(ocp.model()) {
+    : ocp_(ocp),
+      order_{ocp.horizon()},
+      state_batches_((ocp.horizon() + kLanes - 1) / kLanes),
+      start_hessian_(3 * ocp.dof(), 3 * ocp.dof()),
+      scratch_(ocp.model()) {
   const int n = ocp.dof();
   for (int b = 0; b < order_.batches(); ++b) {
     Batch batch{KinematicsOf<Lanes>(ocp.model()),
                 JointVectorOf<Lanes>::Zero(n),
                 JointVectorOf<Lanes>::Zero(n),
-                Vector3Of<Lanes>::Zero(),
-                Matrix3Of<Lanes>::Identity(),
+                {},
                 0.0,
                 0.0,
                 0.0,
-                SloshStateOf<Lanes>::Zero(),
+                {},
                 {}};
+    batch.slosh.fill(SloshStateOf<Lanes>::Zero());
     for (int i = 0; i < kLanes; ++i) {
       const int column = b * kLanes + i, k = order_.node(column);
       const bool padding = column > order_.column(0);
@@ -24,7 +28,7 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
       batch.interval.set(i, !padding && ocp.acts(Nodes::kIntervals, k));
     }
     for (const auto& objective : ocp.objectives()) {
-      batch.weights.push_back(Objective::BatchWeight::Zero(objective->weight_count(n)));
+      batch.weights.push_back(Objective::BatchWeight::Zero(objective->weight_count(ocp.model())));
     }
     batches_.push_back(batch);
   }
@@ -39,8 +43,10 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
   near_.resize(ocp.obstacle_rows());
   if (!ocp.liquid()) return;
   slosh_.assign((ocp.horizon() + kLanes - 1) / kLanes, SloshIntervalOf<Lanes>(ocp.model(), ocp.dt()));
-  slosh_steps_.resize(ocp.horizon());
-  for (SloshStep& step : slosh_steps_) step.by_motion.setZero(3, 3 * n);
+  for (int t = 0; t < ocp.tool_count(); ++t) {
+    slosh_steps_[t].resize(ocp.horizon());
+    for (SloshStep& step : slosh_steps_[t]) step.by_motion.setZero(3, 3 * n);
+  }
 }
 
 void BatchEvaluation::set_instance(const OcpInstance& instance) {
@@ -62,13 +68,19 @@ void BatchEvaluation::set_instance(const OcpInstance& instance) {
   near_ = instance.near;
   u_followed_ = instance.u_followed;
   clearance_ = instance.clearance;
-  if (ocp_.liquid()) liquid_ = instance.liquid;
-  const Reference& reference = instance.reference;
-  for (int b = 0; b < batches(); ++b) {
-    for (int i = 0; i < kLanes; ++i) {
-      const int entry = std::max(order_.node(b * kLanes + i) - 1, 0);  // no term of a state acts at node 0
-      for (int j = 0; j < 3; ++j) batches_[b].p_ref[j].set(i, reference.p[entry][j]);
-      for (int j = 0; j < 9; ++j) batches_[b].R_ref.data()[j].set(i, reference.R[entry].data()[j]);
+  held_ = instance.held;
+  slosh_counts_ = false;
+  for (int t = 0; t < ocp_.tool_count(); ++t) {
+    if (ocp_.liquid()) liquid_[t] = instance.liquid[t];
+    slosh_counts_ = slosh_counts_ || (ocp_.liquid() && liquid_[t].counts);
+    const ToolReference& reference = instance.reference.tools[t];
+    for (int b = 0; b < batches(); ++b) {
+      auto& [p, R] = batches_[b].reference[t];
+      for (int i = 0; i < kLanes; ++i) {
+        const int entry = std::max(order_.node(b * kLanes + i) - 1, 0);  // no term of a state acts at node 0
+        for (int j = 0; j < 3; ++j) p[j].set(i, reference.p[entry][j]);
+        for (int j = 0; j < 9; ++j) R.data()[j].set(i, reference.R[entry].data()[j]);
+      }
     }
   }
 }
@@ -92,7 +104,7 @@ void BatchEvaluation::set_point(NodeTable& z) {
   }
   if (fresh_) find_start();
   fresh_ = false;
-  if (ocp_.liquid() && liquid_.counts) roll_out_slosh(z);
+  if (slosh_counts_) roll_out_slosh(z);
 }
 
 void BatchEvaluation::find_start() {
@@ -102,7 +114,7 @@ void BatchEvaluation::find_start() {
   }
   const int n = ocp_.dof(), b = state_batches_;
   NodeGradientOf<Lanes> gradient = NodeGradientOf<Lanes>::Zero(3 * n);
-  NodeHessianOf<Lanes> hessian(3 * n, 3 * n);
+  NodeHessianOf<Lanes>& hessian = start_hessian_;
   for (int j = 0; j < 3 * n; ++j) {
     for (int i = 0; i <= j; ++i) hessian(i, j) = 0.0;
   }
@@ -124,10 +136,16 @@ void BatchEvaluation::find_start() {
 }
 
 void BatchEvaluation::roll_out_slosh(NodeTable& z) {
-  const int n = ocp_.dof(), horizon = ocp_.horizon();
-  SloshState state = liquid_.state;
+  const int n = ocp_.dof(), horizon = ocp_.horizon(), tools = ocp_.tool_count();
+  std::array<SloshState, kMaxTools> states;
   JointVectorOf<Lanes> q(n), dq(n), u(n);
-  for (int i = 0; i < kSloshStates; ++i) z.set(3 * n + i, 0, state[i]);
+  const auto write = [&](int tool, int k) {
+    for (int i = 0; i < kSloshStates; ++i) z.set(slosh_begin(n, tool) + i, k, states[tool][i]);
+  };
+  for (int t = 0; t < tools; ++t) {
+    states[t] = liquid_[t].state;
+    write(t, 0);
+  }
   for (int b = 0; b < std::ssize(slosh_); ++b) {
     for (int lane = 0; lane < kLanes; ++lane) {
       const int k = std::min(b * kLanes + lane, horizon - 1);
@@ -138,16 +156,20 @@ void BatchEvaluation::roll_out_slosh(NodeTable& z) {
       }
     }
     slosh_[b].set(q, dq, u);
-    const Vector3Of<Lanes>& force = slosh_[b].force();
-    for (int lane = 0; lane < kLanes && b * kLanes + lane < horizon; ++lane) {
-      const int k = b * kLanes + lane;
-      liquid_.model.set_step({force[0][lane], force[1][lane], force[2][lane]}, false, slosh_steps_[k]);
-      state = slosh_steps_[k].next(state);
-      for (int i = 0; i < kSloshStates; ++i) z.set(3 * n + i, k + 1, state[i]);
+    for (int t = 0; t < tools; ++t) {
+      const Vector3Of<Lanes>& force = slosh_[b].force(t);
+      for (int lane = 0; lane < kLanes && b * kLanes + lane < horizon; ++lane) {
+        const int k = b * kLanes + lane;
+        liquid_[t].model.set_step({force[0][lane], force[1][lane], force[2][lane]}, false, slosh_steps_[t][k]);
+        states[t] = slosh_steps_[t][k].next(states[t]);
+        write(t, k + 1);
+      }
     }
   }
   for (int b = 0; b < batches(); ++b) {
-    for (int i = 0; i < kSloshStates; ++i) batches_[b].slosh[i] = z[3 * n + i][b];
+    for (int t = 0; t < tools; ++t) {
+      for (int i = 0; i < kSloshStates; ++i) batches_[b].slosh[t][i] = z[slosh_begin(n, t) + i][b];
+    }
   }
 }
 
@@ -155,42 +177,44 @@ void BatchEvaluation::differentiate_slosh(const NodeTable& z) {
   const int n = ocp_.dof();
   for (int b = 0; b < std::ssize(slosh_); ++b) {
     const int lanes = std::min(kLanes, ocp_.horizon() - b * kLanes);
-    for (int i = 0; i < 3 * n; ++i) {
-      const Vector3Of<Lanes> by = slosh_[b].force_by(i);
-      for (int lane = 0; lane < lanes; ++lane) {
-        auto column = slosh_steps_[b * kLanes + lane].by_motion.col(i);
-        for (int axis = 0; axis < 3; ++axis) column[axis] = by[axis][lane];
+    for (int t = 0; t < ocp_.tool_count(); ++t) {
+      SloshStep* steps = slosh_steps_[t].data() + b * kLanes;
+      for (int i = 0; i < 3 * n; ++i) {
+        const Vector3Of<Lanes> by = slosh_[b].force_by(i, t);
+        for (int lane = 0; lane < lanes; ++lane) {
+          auto column = steps[lane].by_motion.col(i);
+          for (int axis = 0; axis < 3; ++axis) column[axis] = by[axis][lane];
+        }
       }
-    }
-    for (int lane = 0; lane < lanes; ++lane) {
-      SloshStep& step = slosh_steps_[b * kLanes + lane];
-      liquid_.model.set_step(step.force, true, step);
-      step.differentiate(slosh_state(z, b * kLanes + lane));
+      for (int lane = 0; lane < lanes; ++lane) {
+        liquid_[t].model.set_step(steps[lane].force, true, steps[lane]);
+        steps[lane].differentiate(slosh_state(z, b * kLanes + lane, t));
+      }
     }
   }
 }
 
-void BatchEvaluation::find_slosh_hessian(int first, const NodeTable& z, const std::vector<SloshState>& costates,
-                                         NodeHessianOf<Lanes>& H) const {
+void BatchEvaluation::find_slosh_hessian(int tool, int first, const NodeTable& z,
+                                         const std::vector<SloshState>& costates, NodeHessianOf<Lanes>& H) const {
   const int n = ocp_.dof(), lanes = std::min(kLanes, ocp_.horizon() - first);
   const SloshIntervalOf<Lanes>& interval = slosh_[first / kLanes];
   Vector3Of<Lanes> force = Vector3Of<Lanes>::Zero();
   Matrix3Of<Lanes> curvature = Matrix3Of<Lanes>::Zero();
   for (int i = 0; i < lanes; ++i) {
-    const SloshStep& step = slosh_steps_[first + i];
+    const SloshStep& step = slosh_steps_[tool][first + i];
     const SloshState& costate = costates[first + i];
     const Vector3 by_force = step.by_force.transpose() * costate;
-    const Matrix3 second = step.curvature_by_force(slosh_state(z, first + i), costate);
+    const Matrix3 second = step.curvature_by_force(slosh_state(z, first + i, tool), costate);
     for (int j = 0; j < 3; ++j) force[j].set(i, by_force[j]);
     for (int j = 0; j < 9; ++j) curvature.data()[j].set(i, second.data()[j]);
   }
   std::array<Vector3Of<Lanes>, 3 * kMaxJoints> by_motion;
   for (int j = 0; j < 3 * n; ++j) {
-    by_motion[j] = interval.force_by(j);
+    by_motion[j] = interval.force_by(j, tool);
     const Vector3Of<Lanes> scaled = curvature * by_motion[j];
     for (int i = 0; i <= j; ++i) H(i, j) = by_motion[i].dot(scaled);
   }
-  interval.add_hessian(force, H);
+  interval.add_hessian(force, H, tool);
 }
 
 double BatchEvaluation::objective() const {

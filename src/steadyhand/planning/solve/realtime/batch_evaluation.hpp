@@ -57,33 +57,28 @@ class BatchEvaluation {
   // ---- of a problem with a liquid, after set_point
   /// Computes the derivatives of all intervals.
   void differentiate_slosh(const NodeTable& z);
-  const SloshStep& slosh_step(int k) const { return slosh_steps_[k]; }
-  /// The second derivatives of costates[k] . state+ (see SloshStep) by [q; dq; u] of node k, for the kLanes intervals
-  /// from `first`, a multiple of kLanes, on: sets the upper triangle of H.
-  void find_slosh_hessian(int first, const NodeTable& z, const std::vector<SloshState>& costates,
+  /// Of each interval of a tool's liquid.
+  const std::vector<SloshStep>& slosh_steps(int tool) const { return slosh_steps_[tool]; }
+  /// The second derivatives of costates[k] . state+ (see SloshStep) of a tool's liquid by [q; dq; u] of node k, for the
+  /// kLanes intervals from `first`, a multiple of kLanes, on: sets the upper triangle of H.
+  void find_slosh_hessian(int tool, int first, const NodeTable& z, const std::vector<SloshState>& costates,
                           NodeHessianOf<Lanes>& H) const;
-  SloshState slosh_state(const NodeTable& z, int k) const {
-    SloshState state;
-    for (int i = 0; i < kSloshStates; ++i) state[i] = z.at(3 * ocp_.dof() + i, k);
-    return state;
-  }
 
  private:
   struct Batch {
     KinematicsOf<Lanes> arm;
     JointVectorOf<Lanes> dq, u;
-    Vector3Of<Lanes> p_ref;
-    Matrix3Of<Lanes> R_ref;
+    std::array<ReferencePoseOf<Lanes>, kMaxTools> reference;
     Lanes time;             ///< s, of the nodes
     Lanes state, interval;  ///< see acts()
-    SloshStateOf<Lanes> slosh;
+    std::array<SloshStateOf<Lanes>, kMaxTools> slosh;
     std::vector<Objective::BatchWeight> weights;  ///< dt * weight of each objective; 0 where it does not act
   };
 
   NodeBatch node(int b) const {
     const Batch& batch = batches_[b];
-    return {{batch.arm, batch.dq, batch.u, batch.p_ref, batch.R_ref, batch.time, near_,
-             ocp_.liquid() ? &batch.slosh : nullptr, &liquid_, &u_followed_, clearance_},
+    return {{batch.arm, batch.dq, batch.u, batch.reference.data(), batch.time, near_,
+             ocp_.liquid() ? batch.slosh.data() : nullptr, liquid_.data(), &u_followed_, clearance_, &held_},
             scratch_};
   }
   /// Whether batch b has only node 0, which is stored as Start.
@@ -91,20 +86,26 @@ class BatchEvaluation {
   void find_start();
   JointVector start_step() const;  ///< of u_0, from where Start was computed
   void roll_out_slosh(NodeTable& z);
+  SloshState slosh_state(const NodeTable& z, int k, int tool) const {
+    SloshState state;
+    for (int i = 0; i < kSloshStates; ++i) state[i] = z.at(slosh_begin(ocp_.dof(), tool) + i, k);
+    return state;
+  }
   const Constraint& term(ConstraintRow row) const { return *ocp_.constraints()[row.constraint]; }
 
   const Ocp& ocp_;
   NodeOrder order_;
   std::vector<Batch> batches_;
   int state_batches_;
-  NearObstacles near_;                         ///< from the instance
-  LiquidInstance liquid_;                      ///< the same
-  JointVector u_followed_;                     ///< the same
-  double clearance_ = 0.0;                     ///< m, the same
-  std::vector<SloshIntervalOf<Lanes>> slosh_;  ///< intervals kLanes b to kLanes b + kLanes - 1
-  std::vector<SloshStep> slosh_steps_;         ///< by interval
-  std::vector<int> weighted_;                  ///< objectives whose weight is not 0
-  bool needs_motion_ = false, fresh_ = true;
+  NearObstacles near_;                                         ///< from the instance
+  std::array<LiquidInstance, kMaxTools> liquid_;               ///< the same
+  JointVector u_followed_;                                     ///< the same
+  double clearance_ = 0.0;                                     ///< m, the same
+  ReferencePoseOf<double> held_;                               ///< the same
+  std::vector<SloshIntervalOf<Lanes>> slosh_;                  ///< intervals kLanes b to kLanes b + kLanes - 1
+  std::array<std::vector<SloshStep>, kMaxTools> slosh_steps_;  ///< by interval
+  std::vector<int> weighted_;                                  ///< objectives whose weight is not 0
+  bool needs_motion_ = false, fresh_ = true, slosh_counts_ = false;
 
   /// J of node 0, whose state is given: a quadratic function of u_0.
   struct Start {
@@ -113,7 +114,8 @@ class BatchEvaluation {
     double value = 0.0;
   };
   Start start_;
-  bool inputs_only_;  ///< node 0 is alone in a batch, and constraints on intervals are limits
+  NodeHessianOf<Lanes> start_hessian_;  ///< scratch
+  bool inputs_only_;                    ///< node 0 is alone in a batch, and constraints on intervals are limits
   bool start_known_ = false;
   mutable Kinematics scratch_;
 };

@@ -18,9 +18,12 @@ std::vector<JointVector> unit_curvatures(const Ocp& ocp) {
   unit.x0 = StateVector::Zero(2 * n);
   unit.x0.head(n) = ocp.model().home;
   unit.reference.nodes = ocp.horizon();
-  unit.reference.p.fill(Vector3::Zero());
-  unit.reference.R.fill(Matrix3::Identity());
-  for (const auto& objective : ocp.objectives()) unit.weights.push_back(JointVector::Zero(objective->weight_count(n)));
+  for (ToolReference& reference : unit.reference.tools) {
+    reference.p.fill(Vector3::Zero());
+    reference.R.fill(Matrix3::Identity());
+  }
+  for (const auto& objective : ocp.objectives())
+    unit.weights.push_back(JointVector::Zero(objective->weight_count(ocp.model())));
   Evaluation evaluation(ocp);
   evaluation.set_instance(unit);
   evaluation.set_node(0, unit.x0, JointVector::Zero(n));

@@ -35,8 +35,9 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
       blocks_(order_.batches()),
       gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(entries_)),
       lagrangian_gradient_(gradient_),
-      slosh_{
-          false, NodeHessianOf<Lanes>(3 * n_, 3 * n_), {}, std::vector<SloshState>(ocp.liquid() ? ocp.horizon() : 0)} {
+      model_{NodeHessianOf<Lanes>(entries_, entries_), {}},
+      slosh_{false, NodeHessianOf<Lanes>(3 * n_, 3 * n_), {}} {
+  for (int t = 0; ocp.liquid() && t < ocp.tool_count(); ++t) slosh_.costates[t].resize(ocp.horizon());
   for (const auto& constraint : ocp.constraints()) {
     if (needs_no_watch(*constraint)) continue;
     const JointVector levers = constraint->levers();
@@ -55,9 +56,10 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
 
 void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, const Multipliers* multipliers) {
   evaluation_.set_instance(instance);
-  slosh_.counts = ocp_.liquid() && instance.liquid.counts;
+  slosh_.counts = false;
+  for (int t = 0; ocp_.liquid() && t < ocp_.tool_count(); ++t)
+    slosh_.counts = slosh_.counts || instance.liquid[t].counts;
   entries_ = slosh_.counts ? ocp_.entries() : 3 * n_;
-  model_.hessian.resize(entries_, entries_);
   model_.gradient.resize(entries_);
   for (auto& gradient : gradient_) gradient.resize(entries_);
   curvature_scale_ = curvature_.of(instance.weights);
@@ -276,20 +278,22 @@ const Residuals& ElasticBarrier::differentiate() {
 
   const double dt = ocp_.dt();
   std::array<double, 2 * kMaxJoints> costate{};  // dL/dx_{k+1} of everything from node k + 1 on
-  SloshState slosh = SloshState::Zero();         // the same by the liquid's state
+  std::array<SloshState, kMaxTools> slosh;       // the same by the state of each tool's liquid
+  slosh.fill(SloshState::Zero());
+  const int liquids = slosh_.counts ? ocp_.tool_count() : 0;
   for (int k = ocp_.horizon(); k >= 0; --k) {
     const int b = order_.column(k) / kLanes, lane = order_.column(k) % kLanes;
     NodeGradient gradient(entries_);
     for (int i = 0; i < entries_; ++i) gradient[i] = lagrangian_gradient_[b][i][lane];
-    if (slosh_.counts) {
+    for (int t = 0; t < liquids; ++t) {
       if (k < ocp_.horizon()) {
-        const SloshStep& step = evaluation_.slosh_step(k);
-        slosh_.costates[k] = slosh;
-        const Vector3 by_force = step.by_force.transpose() * slosh;
+        const SloshStep& step = evaluation_.slosh_steps(t)[k];
+        slosh_.costates[t][k] = slosh[t];
+        const Vector3 by_force = step.by_force.transpose() * slosh[t];
         for (int i = 0; i < 3 * n_; ++i) gradient[i] += step.by_motion.col(i).dot(by_force);
-        slosh = step.pull_back(slosh);
+        slosh[t] = step.pull_back(slosh[t]);
       }
-      slosh += gradient.tail<kSloshStates>();
+      slosh[t] += gradient.segment<kSloshStates>(slosh_begin(n_, t));
     }
     for (int i = 0; i < n_; ++i) {
       double &by_q = costate[i], &by_v = costate[n_ + i];
@@ -310,85 +314,102 @@ const Residuals& ElasticBarrier::differentiate() {
 // offset = (mu / y - slack) - (mu / w - elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
-  newton.use_slosh(slosh_.counts ? &evaluation_.slosh_step(0) : nullptr);
-  if (!model_.layout.fits(model_.hessian)) {
-    model_.layout.set(n_, model_.hessian, &model_.gradient, newton);
-    if (slosh_.counts) slosh_.layout.set(n_, slosh_.hessian, nullptr, newton);
-  }
-  NodeHessianOf<Lanes>& H = model_.hessian;
-  NodeGradientOf<Lanes>& g = model_.gradient;
+  Riccati::Steps steps{};
+  for (int t = 0; slosh_.counts && t < ocp_.tool_count(); ++t) steps[t] = evaluation_.slosh_steps(t).data();
+  newton.set_sources(steps, model_.hessian, model_.gradient, slosh_.hessian);
+  bool coupled = false;
   for (int b = 0; b < evaluation_.batches(); ++b) {
-    for (int j = 0; j < entries_; ++j) {  // no term is of the liquid and of the arm
-      for (int i = j < 3 * n_ ? 0 : 3 * n_; i <= j; ++i) H(i, j) = 0.0;
+    find_model(b, curvature, damping);
+    coupled = coupled || newton.couples(model_.hessian);
+    if (coupled && newton.is_separate()) {  // begins again
+      newton.separate(false);
+      b = -1;
+    } else {
+      write_model(b, newton);
     }
-    evaluation_.add_objective_hessian(b, curvature, H);
-    for (const RowBlock& block : blocks_[b]) {
-      if (block.entry >= 0 || curvature == Curvature::kConvex) continue;
-      const Lanes multiplier = block.signed_multiplier();
-      if (any(abs(multiplier) > kNoMultiplier)) {
-        evaluation_.add_constraint_hessian(b, rows_[block.row].id, multiplier, H);
-      }
-    }
-    g = gradient_[b];
-    for (RowBlock& block : blocks_[b]) {
-      Lanes stiffness = 0.0, force = 0.0;
-      for (int i = 0; i < block.side_count; ++i) {
-        RowSide& side = block.sides[i];
-        const Lanes y = side.multiplier, w = block.price - y, yw = y * w;
-        side.stiffness = yw / (side.slack * w + side.elastic * y);
-        side.offset = mu_ * (w - y) / yw - side.slack + side.elastic;
-        stiffness += side.stiffness;
-        force -= side.sign * (y + side.stiffness * side.offset);
-      }
-      stiffness *= block.acts;
-      force *= block.acts;
-      if (block.entry >= 0) {
-        H(block.entry, block.entry) += stiffness;
-        g[block.entry] += force;
-        continue;
-      }
-      const Lanes* gradient = gradients_.data() + block.gradient;
-      const int first = block.support.first, size = block.support.last - first;
-      for (int j = 0; j < size; ++j) {
-        const Lanes scaled = stiffness * gradient[j];
-        for (int i = 0; i <= j; ++i) H(first + i, first + j) += scaled * gradient[i];
-        g[first + j] += force * gradient[j];
-      }
-    }
-    for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
-    write_model(b, newton);
   }
   if (slosh_.counts && curvature == Curvature::kExact) add_slosh(newton);
 }
 
-/// The second derivatives of how the liquid goes.
+/// model_ <- that of batch b.
+void ElasticBarrier::find_model(int b, Curvature curvature, double damping) {
+  NodeHessianOf<Lanes>& H = model_.hessian;
+  NodeGradientOf<Lanes>& g = model_.gradient;
+  for (int j = 0; j < entries_; ++j) {  // no term is of a liquid and of the arm
+    for (int i = j < 3 * n_ ? 0 : 3 * n_; i <= j; ++i) H(i, j) = 0.0;
+  }
+  evaluation_.add_objective_hessian(b, curvature, H);
+  for (const RowBlock& block : blocks_[b]) {
+    if (block.entry >= 0 || curvature == Curvature::kConvex) continue;
+    const Lanes multiplier = block.signed_multiplier();
+    if (any(abs(multiplier) > kNoMultiplier)) {
+      evaluation_.add_constraint_hessian(b, rows_[block.row].id, multiplier, H);
+    }
+  }
+  g = gradient_[b];
+  for (RowBlock& block : blocks_[b]) {
+    Lanes stiffness = 0.0, force = 0.0;
+    for (int i = 0; i < block.side_count; ++i) {
+      RowSide& side = block.sides[i];
+      const Lanes y = side.multiplier, w = block.price - y, yw = y * w;
+      side.stiffness = yw / (side.slack * w + side.elastic * y);
+      side.offset = mu_ * (w - y) / yw - side.slack + side.elastic;
+      stiffness += side.stiffness;
+      force -= side.sign * (y + side.stiffness * side.offset);
+    }
+    stiffness *= block.acts;
+    force *= block.acts;
+    if (block.entry >= 0) {
+      H(block.entry, block.entry) += stiffness;
+      g[block.entry] += force;
+      continue;
+    }
+    const Lanes* gradient = gradients_.data() + block.gradient;
+    const int first = block.support.first, size = block.support.last - first;
+    for (int j = 0; j < size; ++j) {
+      const Lanes scaled = stiffness * gradient[j];
+      for (int i = 0; i <= j; ++i) H(first + i, first + j) += scaled * gradient[i];
+      g[first + j] += force * gradient[j];
+    }
+  }
+  for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
+}
+
+/// The second derivatives of how the liquids go.
 void ElasticBarrier::add_slosh(NewtonSystem& newton) {
-  const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i - n; };  // of w = [u; q; dq]
-  for (int first = 0; first < ocp_.horizon(); first += kLanes) {
-    evaluation_.find_slosh_hessian(first, z_, slosh_.costates, slosh_.hessian);
-    std::array<double*, kLanes> models;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const int k = first + lane;
-      models[lane] = k < ocp_.horizon() ? newton.row(k, 0) : newton.padding();
-      if (k >= ocp_.horizon()) continue;
-      const SloshStep& step = evaluation_.slosh_step(k);
-      const SloshState by_vertical = step.curvature_by_vertical(slosh_.costates[k]);
-      for (int i = 0; i < 3 * n_; ++i) {
-        Eigen::Map<SloshState>(newton.row(k, i) + 3 * n_) += step.by_motion(2, z_entry(i)) * by_vertical;
+  for (NewtonSystem::Part& part : newton.parts()) {
+    Riccati& riccati = part.riccati;
+    const auto& [first_joint, dof, first_tool, tools] = riccati.joints();
+    for (int t = first_tool; t < first_tool + tools; ++t) {
+      const int begin = slosh_begin(dof, t - first_tool);
+      for (int first = 0; first < ocp_.horizon(); first += kLanes) {
+        evaluation_.find_slosh_hessian(t, first, z_, slosh_.costates[t], slosh_.hessian);
+        std::array<double*, kLanes> models;
+        for (int lane = 0; lane < kLanes; ++lane) {
+          const int k = first + lane;
+          models[lane] = k < ocp_.horizon() ? riccati.row(k, 0) : riccati.padding();
+          if (k >= ocp_.horizon()) continue;
+          const SloshStep& step = evaluation_.slosh_steps(t)[k];
+          const SloshState by_vertical = step.curvature_by_vertical(slosh_.costates[t][k]);
+          for (int i = 0; i < 3 * dof; ++i)
+            Eigen::Map<SloshState>(riccati.row(k, i) + begin) += step.by_motion(2, riccati.entries()[i]) * by_vertical;
+        }
+        part.slosh.add(models, 3 * dof);
       }
     }
-    slosh_.layout.add(models, 3 * n_);
   }
 }
 
 void ElasticBarrier::write_model(int b, NewtonSystem& newton) const {
-  std::array<double*, kLanes> models;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const int column = b * kLanes + lane;
-    models[lane] = column <= ocp_.horizon() ? newton.row(order_.node(column), 0) : newton.padding();
+  for (NewtonSystem::Part& part : newton.parts()) {
+    std::array<double*, kLanes> models;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int column = b * kLanes + lane;
+      models[lane] = column <= ocp_.horizon() ? part.riccati.row(order_.node(column), 0) : part.riccati.padding();
+    }
+    // Of node 0, whose state is given, only u counts.
+    part.model.write(models, order_.node(b * kLanes) == 0 ? part.riccati.joints().dof : part.riccati.size());
   }
-  // Of node 0, whose state is given, only u counts.
-  model_.layout.write(models, order_.node(b * kLanes) == 0 ? n_ : entries_);
 }
 
 double ElasticBarrier::complete(const NodeTable& step) {

@@ -6,7 +6,6 @@
 
 #include "steadyhand/planning/solve/realtime/batch_evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/curvature_scale.hpp"
-#include "steadyhand/planning/solve/realtime/model_layout.hpp"
 #include "steadyhand/planning/solve/realtime/newton_system.hpp"
 #include "steadyhand/planning/solve/realtime/node_table.hpp"
 #include "steadyhand/planning/solve/realtime/row_set.hpp"
@@ -64,7 +63,7 @@ struct Residuals {
 /// infeasible iterate; the price is above every multiplier, so that elastic variables vanish wherever they can, except
 /// for rows with their own price (Constraint::price).
 ///
-/// Points z are tables [q; dq; u; state of the liquid] x nodes that obey the dynamics. Lanes in which a row does not
+/// Points z are tables [q; dq; u; states of the liquids] x nodes that obey the dynamics. Lanes in which a row does not
 /// act carry the bound 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
 class ElasticBarrier {
  public:
@@ -158,6 +157,7 @@ class ElasticBarrier {
   void start_slacks(RowBlock& block) const;
   bool had_multiplier(const Multipliers& multipliers, int r) const;
   void add_slosh(NewtonSystem& newton);
+  void find_model(int b, Curvature curvature, double damping);
   void write_model(int b, NewtonSystem& newton) const;
   double phi(const Barrier& barrier) const;
   double cost_of_prices() const;
@@ -198,17 +198,16 @@ class ElasticBarrier {
   bool merit_known_ = false;                     ///< barrier_ is of the slacks
   std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch
   std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
-  /// The model of a batch, from model().
+  /// The model of a batch, from find_model().
   struct Model {
     NodeHessianOf<Lanes> hessian;
     NodeGradientOf<Lanes> gradient;
-    ModelLayout layout;
   } model_;
   struct Slosh {
     bool counts = false;
-    NodeHessianOf<Lanes> hessian;      ///< for the liquid's input in kLanes intervals, by [q; dq; u]
-    ModelLayout layout;                ///< of `hessian`
-    std::vector<SloshState> costates;  ///< dL by the liquid's state at k + 1, of everything from there on
+    NodeHessianOf<Lanes> hessian;  ///< for a liquid's input in kLanes intervals, by [q; dq; u]
+    /// dL by the state of each tool's liquid at k + 1, of everything from there on.
+    std::array<std::vector<SloshState>, kMaxTools> costates;
   } slosh_;
   Residuals residuals_;
   double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;

@@ -8,20 +8,19 @@ namespace steadyhand::realtime {
 
 ModelLayout::ModelLayout() { sources_.reserve(static_cast<std::size_t>(kMaxEntries) * (kMaxEntries + 1 + 2 * kLanes)); }
 
-void ModelLayout::set(int dof, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>* g,
-                      const NewtonSystem& newton) {
-  const auto z_entry = [dof](int i) { return i < dof ? 2 * dof + i : i < 3 * dof ? i - dof : i; };
-  entries_ = static_cast<int>(H.rows());
-  width_ = newton.width();
-  columns_ = g ? width_ : std::min(width_, (entries_ + kLanes - 1) / kLanes * kLanes);
+void ModelLayout::set(const Riccati& riccati, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>* g) {
+  const std::vector<int>& entries = riccati.entries();
+  const int of_arm = 3 * riccati.joints().dof, rows = g ? riccati.size() : of_arm;
+  width_ = riccati.width();
+  columns_ = g ? width_ : std::min(width_, (rows + kLanes - 1) / kLanes * kLanes);
   sources_.clear();
-  for (int i = 0; i < entries_; ++i) {
+  for (int i = 0; i < rows; ++i) {
     for (int j = i / kLanes * kLanes; j < columns_; ++j) {
       const Lanes* source = &zero_;
-      if (g && j == newton.gradient()) {
-        source = &(*g)[z_entry(i)];
-      } else if (j >= i && j < entries_ && (i < 3 * dof) == (j < 3 * dof)) {
-        const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
+      if (g && j == riccati.gradient()) {
+        source = &(*g)[entries[i]];
+      } else if (j >= i && j < rows && (i < of_arm) == (j < of_arm)) {
+        const auto [first, second] = std::minmax({entries[i], entries[j]});
         source = &H(first, second);
       }
       sources_.push_back(source);

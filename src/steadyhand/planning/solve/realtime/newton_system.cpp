@@ -1,366 +1,68 @@
 #include "steadyhand/planning/solve/realtime/newton_system.hpp"
 
 #include <algorithm>
-#include <array>
-#include <iterator>
-#include <utility>
-
-#include "steadyhand/core/lanes.hpp"
-#include "steadyhand/core/math.hpp"
 
 namespace steadyhand::realtime {
+
 namespace {
 
-/// Lane i gets what was in lane i + 1, and the other way round, for each even i.
-Lanes with_pairs_swapped(Lanes x) {
-  return [&]<int... i>(std::integer_sequence<int, i...>) {
-    return Lanes(Lanes::Vector{x[i ^ 1]...});
-  }(std::make_integer_sequence<int, kLanes>());
-}
-
-constexpr int padded_width(int size) { return (size + 1 + kLanes - 1) / kLanes * kLanes; }
-
-/// The recursion for n joints and a liquid of `s` numbers. The cost to go of node k + 1, pulled back through the
-/// dynamics, adds to the model of node k; eliminating du_k from the sum by symmetric Gaussian elimination leaves the
-/// cost to go of node k in the rows of [q; dq]. Everything happens in place, rows in steps of Lanes from the one that
-/// holds the diagonal on.
-template <int n, int s>
-struct Kernels {
-  static constexpr int kSize = 3 * n + s, kGradient = kSize, kWidth = padded_width(kSize);
-  using Row = double[kWidth];
-  using Model = Row[kSize];
-
-  static constexpr int block_of(int column) { return column / kLanes * kLanes; }
-
-  /// to += factor * from, from the block of column `first` on.
-  static void add(double* to, double factor, const double* from, int first) {
-    for (int j = block_of(first); j < kWidth; j += kLanes) {
-      (Lanes::load(to + j) + factor * Lanes::load(from + j)).store(to + j);
-    }
+/// The arms of a robot, if they share no joint and each one's joints are side by side; else none.
+std::vector<JointRange> separate_arms(const RobotModel& model) {
+  std::vector<JointRange> arms;
+  int next = 0;
+  for (int t = 0; t < model.tool_count(); ++t) {
+    const std::vector<int> chain = model.chain(model.tools[t].link);
+    const int dof = static_cast<int>(chain.size());
+    if (chain.front() != next || chain.back() != next + dof - 1) return {};
+    arms.push_back({next, dof, t, 1});
+    next += dof;
   }
-
-  /// The same with two.
-  static void add(double* to, double factor, const double* from, double factor2, const double* from2, int first) {
-    for (int j = block_of(first); j < kWidth; j += kLanes) {
-      (Lanes::load(to + j) + (factor * Lanes::load(from + j) + factor2 * Lanes::load(from2 + j))).store(to + j);
-    }
-  }
-
-  /// The rows of P, the Hessian by [q; dq], and the gradient: by columns q_0.., dq_0.., gradient; both triangles.
-  static void cost_to_go(const Model& next, double (&P)[2 * n][2 * n + 1]) {
-    for (int i = 0; i < 2 * n; ++i) {
-      for (int j = i; j < 2 * n; ++j) P[i][j] = P[j][i] = next[n + i][n + j];
-      P[i][2 * n] = next[n + i][kGradient];
-    }
-  }
-
-  /// model += [B A]' P [B A], and the gradient likewise. P is in the rows and columns of [q; dq] of `next`.
-  static void pull_back(const Model& next, double dt, Model& model, bool state_too) {
-    const double h = 0.5 * dt * dt;
-    double P[2 * n][2 * n + 1];
-    cost_to_go(next, P);
-    alignas(64) double of_q[kWidth] = {}, of_v[kWidth] = {};  // rows of P [B A] for q+_i and dq+_i, by [u; q; dq]
-    for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) {
-        of_q[j] = h * P[i][j] + dt * P[i][n + j];
-        of_v[j] = h * P[n + i][j] + dt * P[n + i][n + j];
-      }
-      for (int j = 0; j < n; ++j) {
-        of_q[n + j] = P[i][j];
-        of_v[n + j] = P[n + i][j];
-      }
-      for (int j = 0; j < n; ++j) {
-        of_q[2 * n + j] = dt * P[i][j] + P[i][n + j];
-        of_v[2 * n + j] = dt * P[n + i][j] + P[n + i][n + j];
-      }
-      of_q[kGradient] = P[i][2 * n];
-      of_v[kGradient] = P[n + i][2 * n];
-      add(model[i], h, of_q, dt, of_v, i);
-      if (!state_too) continue;
-      add(model[n + i], 1.0, of_q, n + i);
-      add(model[2 * n + i], dt, of_q, 1.0, of_v, 2 * n + i);
-    }
-  }
-
-  // Rows by the liquid's numbers, behind which the gradient stands as it does in a model's.
-  static constexpr int kSlosh = s + 1, kArm = (2 * n + kLanes - 1) / kLanes * kLanes;
-  static_assert(s == 0 || kSlosh % kLanes == 0);
-  using SloshRow = double[kSlosh];
-
-  /// S of one interval, which takes each pair of deflection and rate for itself; the gradient is let through.
-  struct Turn {
-    alignas(64) SloshRow same = {}, other = {};
-
-    explicit Turn(const SloshStep& step) {
-      same[s] = 1.0;
-      for (int mode = 0; mode < kSloshModes; ++mode) {
-        const double* t = step.transition.mode(mode);
-        for (int axis = 0; axis < 2; ++axis) {
-          const int i = slosh_entry(mode, axis);
-          same[i] = t[0];
-          other[i] = t[3];
-          same[i + 1] = t[4];
-          other[i + 1] = t[1];
-        }
-      }
-    }
-    /// Numbers j to j + kLanes - 1 of S' row.
-    Lanes of(const double* row, int j) const {
-      const Lanes x = Lanes::load(row + j);
-      return Lanes::load(same + j) * x + Lanes::load(other + j) * with_pairs_swapped(x);
-    }
-  };
-
-  /// What the cost to go says of the liquid's state. It is P by [q; dq; state].
-  struct SloshCost {
-    alignas(64) SloshRow P[s];             // by the liquid's state, both triangles, and the gradient
-    alignas(64) SloshRow of_arm[2 * n];    // by the arm's and the liquid's; the gradient is pull_back()'s
-    alignas(64) double of_state[s][kArm];  // the same, transposed, filled up with zeros
-
-    explicit SloshCost(const Model& next) {
-      for (int i = 0; i < s; ++i) {
-        const double* row = next[3 * n + i] + 3 * n;
-        for (int j = i; j < kSlosh; ++j) P[i][j] = row[j];
-        for (int j = i + 1; j < s; ++j) P[j][i] = row[j];
-        for (int j = 2 * n; j < kArm; ++j) of_state[i][j] = 0.0;
-      }
-      for (int i = 0; i < 2 * n; ++i) {
-        const double* row = next[n + i] + 3 * n;
-        for (int j = 0; j < s; ++j) of_state[j][i] = of_arm[i][j] = row[j];
-        of_arm[i][s] = 0.0;
-      }
-    }
-  };
-
-  /// How the forces of an interval come into it, by rows of w = [u; q; dq].
-  struct SloshForce {
-    alignas(64) SloshRow by_force[3];                            // F' P by the liquid, with F' p behind
-    alignas(64) double G[3][kWidth] = {}, half[3][kWidth] = {};  // half: what with G makes its share of the Hessian
-
-    SloshForce(const SloshCost& cost, const SloshStep& step, double dt) {
-      alignas(64) double arm_by_force[3][kArm];
-      const auto force_times = [&](const auto& rows, auto& products) {
-        for (int j = 0; j < std::ssize(products[0]); j += kLanes) {
-          std::array<Lanes, 3> sums{0.0, 0.0, 0.0};
-          for (int i = 0; i < s; ++i) {
-            const Lanes x = Lanes::load(rows[i] + j);
-            for (int m = 0; m < 3; ++m) sums[m] += step.by_force(i, m) * x;
-          }
-          for (int m = 0; m < 3; ++m) sums[m].store(products[m] + j);
-        }
-      };
-      force_times(cost.P, by_force);
-      force_times(cost.of_state, arm_by_force);
-      const double h = 0.5 * dt * dt;
-      for (int m = 0; m < 3; ++m) {
-        for (int i = 0; i < n; ++i) {
-          G[m][i] = step.by_motion(m, 2 * n + i);
-          G[m][n + i] = step.by_motion(m, i);
-          G[m][2 * n + i] = step.by_motion(m, n + i);
-          half[m][i] = h * arm_by_force[m][i] + dt * arm_by_force[m][n + i];
-          half[m][n + i] = arm_by_force[m][i];
-          half[m][2 * n + i] = dt * arm_by_force[m][i] + arm_by_force[m][n + i];
-        }
-      }
-      for (int m = 0; m < 3; ++m) {
-        for (int b = 0; b < 3; ++b) {
-          double Q = 0.0;
-          for (int j = 0; j < s; ++j) Q += step.by_force(j, m) * by_force[b][j];
-          for (int j = 0; j < 3 * n; j += kLanes) {
-            (Lanes::load(half[m] + j) + 0.5 * Q * Lanes::load(G[b] + j)).store(half[m] + j);
-          }
-        }
-      }
-    }
-  };
-
-  /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
-  /// G of rank 3.
-  static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model, bool state_too) {
-    const SloshCost cost(next);
-    const SloshForce force(cost, step, dt);
-    const Turn turn(step);
-    const double h = 0.5 * dt * dt;
-    for (int i = 0; i < (state_too ? 3 * n : n); ++i) {
-      for (int j = block_of(i); j < 3 * n; j += kLanes) {
-        Lanes sum = Lanes::load(model[i] + j);
-        for (int m = 0; m < 3; ++m) {
-          sum += force.half[m][i] * Lanes::load(force.G[m] + j) + force.G[m][i] * Lanes::load(force.half[m] + j);
-        }
-        sum.store(model[i] + j);
-      }
-      // By the liquid: E S with E = [B A]' P + G' F' P.
-      const double of_q = i < n ? h : i < 2 * n ? 1.0 : dt, of_v = i < n ? dt : i < 2 * n ? 0.0 : 1.0;
-      const double *q = cost.of_arm[i % n], *v = cost.of_arm[n + i % n];
-      alignas(64) SloshRow E;
-      for (int j = 0; j < kSlosh; j += kLanes) {
-        Lanes sum = of_q * Lanes::load(q + j) + of_v * Lanes::load(v + j);
-        for (int m = 0; m < 3; ++m) sum += force.G[m][i] * Lanes::load(force.by_force[m] + j);
-        sum.store(E + j);
-      }
-      double* row = model[i] + 3 * n;
-      for (int j = 0; j < kSlosh; j += kLanes) (Lanes::load(row + j) + turn.of(E, j)).store(row + j);
-    }
-    if (!state_too) return;
-
-    // S' P S and S' p. S takes nothing from the forces of the interval before.
-    constexpr int kSwinging = 4 * kSloshModes;
-    alignas(64) SloshRow turned[kSwinging];
-    for (int i = 0; i < kSwinging; ++i) {
-      for (int j = 0; j < kSlosh; j += kLanes) turn.of(cost.P[i], j).store(turned[i] + j);
-    }
-    for (int i = 0; i < kSwinging; ++i) {
-      double* row = model[3 * n + i] + 3 * n;
-      for (int j = block_of(i); j < kSlosh; j += kLanes) {
-        const Lanes add = turn.same[i] * Lanes::load(turned[i] + j) + turn.other[i] * Lanes::load(turned[i ^ 1] + j);
-        (Lanes::load(row + j) + add).store(row + j);
-      }
-    }
-  }
-
-  /// Gaussian elimination of u: its rows keep what the forward sweep needs. Each row is finished at once, in registers.
-  static bool eliminate(Model& model, double smallest_pivot, bool state_too) {
-    alignas(64) Row scaled[n];  // rows of u over their pivots
-    return eliminate_from<0>(model, scaled, smallest_pivot, state_too);
-  }
-
-  /// The rows whose diagonal is in the register `block` of a row, and those behind them.
-  template <int block>
-  static bool eliminate_from(Model& model, Row* scaled, double smallest_pivot, bool state_too) {
-    if constexpr (block * kLanes < kSize) {
-      for (int i = block * kLanes; i < std::min((block + 1) * kLanes, state_too ? kSize : n); ++i) {
-        reduce<block>(model, scaled, i);
-        if (i >= n) continue;
-        if (!(model[i][i] > smallest_pivot)) return false;
-        const double inverse = 1.0 / model[i][i];
-        for (int j = block * kLanes; j < kWidth; j += kLanes) {
-          (inverse * Lanes::load(model[i] + j)).store(scaled[i] + j);
-        }
-      }
-      return eliminate_from<block + 1>(model, scaled, smallest_pivot, state_too);
-    }
-    return true;
-  }
-
-  /// Takes from row i what eliminating the numbers of u before it leaves of it.
-  template <int block>
-  static void reduce(Model& model, const Row* scaled, int i) {
-    constexpr int kCount = kWidth / kLanes - block;
-    std::array<Lanes, kCount> row;
-#pragma GCC unroll 16
-    for (int j = 0; j < kCount; ++j) row[j] = Lanes::load(model[i] + (block + j) * kLanes);
-    const auto take = [&](int p) {
-      const Lanes factor = scaled[p][i];
-#pragma GCC unroll 16
-      for (int j = 0; j < kCount; ++j) row[j] -= factor * Lanes::load(model[p] + (block + j) * kLanes);
-    };
-    if (i >= n) {
-#pragma GCC unroll 8
-      for (int p = 0; p < n; ++p) take(p);
-    } else {
-      for (int p = 0; p < i; ++p) take(p);
-    }
-#pragma GCC unroll 16
-    for (int j = 0; j < kCount; ++j) row[j].store(model[i] + (block + j) * kLanes);
-  }
-
-  static bool factorise(double* numbers, const SloshStep* steps, int horizon, double dt, double smallest_pivot) {
-    Model* models = reinterpret_cast<Model*>(numbers);
-    for (int k = horizon - 1; k >= 0; --k) {
-      pull_back(models[k + 1], dt, models[k], k > 0);
-      if constexpr (s > 0) pull_back_slosh(models[k + 1], steps[k], dt, models[k], k > 0);
-      if (!eliminate(models[k], smallest_pivot, k > 0)) return false;
-    }
-    return true;
-  }
-
-  static void solve(const double* numbers, const SloshStep* steps, int horizon, double dt, NodeTable& step) {
-    const Model* models = reinterpret_cast<const Model*>(numbers);
-    std::array<double, 2 * n + s> x{};
-    for (int k = 0;; ++k) {
-      for (int i = 0; i < 2 * n; ++i) step.set(i, k, x[i]);
-      for (int i = 0; i < s; ++i) step.set(3 * n + i, k, x[2 * n + i]);
-      if (k == horizon) return;
-      std::array<double, n> u;
-      for (int i = n - 1; i >= 0; --i) {
-        const double* row = models[k][i];
-        double sum = row[kGradient];
-        for (int j = 0; j < 2 * n + s; ++j) sum += row[n + j] * x[j];
-        for (int j = i + 1; j < n; ++j) sum += row[j] * u[j];
-        u[i] = -sum / row[i];
-      }
-      if constexpr (s > 0) advance_slosh(steps[k], u, x);
-      for (int i = 0; i < n; ++i) {
-        step.set(2 * n + i, k, u[i]);
-        x[i] += dt * x[n + i] + 0.5 * dt * dt * u[i];
-        x[n + i] += dt * u[i];
-      }
-    }
-  }
-
-  /// The step of the liquid's state over an interval, in place behind those of q and dq.
-  static void advance_slosh(const SloshStep& step, const std::array<double, n>& u, std::array<double, 2 * n + s>& x) {
-    double force[3];
-    for (int m = 0; m < 3; ++m) {
-      force[m] = 0.0;
-      for (int i = 0; i < 2 * n; ++i) force[m] += step.by_motion(m, i) * x[i];
-      for (int i = 0; i < n; ++i) force[m] += step.by_motion(m, 2 * n + i) * u[i];
-    }
-    double* state = x.data() + 2 * n;
-    for (int mode = 0; mode < kSloshModes; ++mode) {
-      const double* t = step.transition.mode(mode);
-      for (int axis = 0; axis < 2; ++axis) {
-        const int i = slosh_entry(mode, axis);
-        const double deflection = state[i], rate = state[i + 1];
-        state[i] = t[0] * deflection + t[1] * rate;
-        state[i + 1] = t[3] * deflection + t[4] * rate;
-      }
-    }
-    for (int axis = 0; axis < 3; ++axis) state[slosh_force_entry(axis)] = 0.0;
-    for (int i = 0; i < s; ++i) {
-      for (int m = 0; m < 3; ++m) state[i] += step.by_force(i, m) * force[m];
-    }
-  }
-};
-
-/// Calls f with the Kernels of this number of joints.
-template <int n = 1, typename F>
-auto with_kernels(int dof, bool slosh, const F& f) {
-  if constexpr (n < kMaxJoints) {
-    if (dof != n) return with_kernels<n + 1>(dof, slosh, f);
-  }
-  return slosh ? f(Kernels<n, kSloshStates>()) : f(Kernels<n, 0>());
+  return next == model.dof() && arms.size() > 1 ? arms : std::vector<JointRange>{};
 }
 
 }  // namespace
 
-NewtonSystem::NewtonSystem(int dof, int slosh_states, int horizon, double dt)
-    : dof_(dof),
-      size_(3 * dof + slosh_states),
-      horizon_(horizon),
-      width_(padded_width(size_)),
-      dt_(dt),
-      numbers_(static_cast<std::size_t>(horizon + 2) * size_ * width_, 0.0) {
-  use_slosh(nullptr);
+NewtonSystem::NewtonSystem(const Ocp& ocp) {
+  const auto add = [&](const JointRange& joints) {
+    parts_.push_back({Riccati(joints, ocp.dof(), ocp.liquid() != nullptr, ocp.horizon(), ocp.dt()), {}, {}});
+  };
+  add({0, ocp.dof(), 0, ocp.tool_count()});
+  for (const JointRange& arm : separate_arms(ocp.model())) add(arm);
+  separate(true);
 }
 
-void NewtonSystem::use_slosh(const SloshStep* steps) {
-  slosh_steps_ = steps;
-  size_ = 3 * dof_ + (steps ? kSloshStates : 0);
-  width_ = padded_width(size_);
+void NewtonSystem::set_sources(const Riccati::Steps& steps, const NodeHessianOf<Lanes>& H,
+                               const NodeGradientOf<Lanes>& g, const NodeHessianOf<Lanes>& slosh) {
+  if (set_ && steps == steps_) return;
+  steps_ = steps;
+  set_ = true;
+  for (Part& part : parts_) {
+    part.riccati.use_slosh(steps);
+    part.model.set(part.riccati, H, &g);
+    part.slosh.set(part.riccati, slosh, nullptr);
+  }
+}
+
+bool NewtonSystem::couples(const NodeHessianOf<Lanes>& H) const {
+  for (std::size_t a = 1; a < parts_.size(); ++a) {
+    for (std::size_t b = a + 1; b < parts_.size(); ++b) {
+      for (const int i : parts_[a].riccati.entries()) {
+        for (const int j : parts_[b].riccati.entries()) {
+          const Lanes& entry = H(std::min(i, j), std::max(i, j));
+          if (any(entry < 0.0) || any(entry > 0.0)) return true;
+        }
+      }
+    }
+  }
+  return false;
 }
 
 bool NewtonSystem::factorise(double smallest_pivot) {
-  return with_kernels(dof_, slosh_steps_ != nullptr, [&](auto k) {
-    return k.factorise(numbers_.data(), slosh_steps_, horizon_, dt_, smallest_pivot);
-  });
+  return std::ranges::all_of(parts(), [&](Part& part) { return part.riccati.factorise(smallest_pivot); });
 }
 
-void NewtonSystem::solve(NodeTable& step) const {
-  with_kernels(dof_, slosh_steps_ != nullptr, [&](auto k) {
-    k.solve(numbers_.data(), slosh_steps_, horizon_, dt_, step);
-    return true;
-  });
+void NewtonSystem::solve(NodeTable& step) {
+  for (const Part& part : parts()) part.riccati.solve(step);
 }
 
 }  // namespace steadyhand::realtime

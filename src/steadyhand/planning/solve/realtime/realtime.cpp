@@ -33,7 +33,7 @@ class Realtime final : public Solver {
         n_(ocp.dof()),
         tolerance_(tolerance),
         barrier_(ocp),
-        newton_(n_, ocp.slosh_states(), ocp.horizon(), ocp.dt()),
+        newton_(ocp),
         start_(ocp.entries(), {ocp.horizon()}),
         point_(start_),
         trial_(start_),
@@ -105,6 +105,7 @@ class Realtime final : public Solver {
   bool solve_from_point(const OcpInstance& instance, const Multipliers* multipliers, Budget& budget) {
     start_ = point_;
     barrier_.forget_rows();
+    newton_.separate(true);
     while (true) {
       const Outcome outcome = minimise(instance, multipliers, budget);
       if (outcome != Outcome::kMissedRows) return outcome == Outcome::kSolved;
