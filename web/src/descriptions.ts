@@ -16,10 +16,10 @@ export interface Robot {
   name: string;
   meshes?: string;
   mount?: number[][];
-  joints: { name: string; type?: 'revolute' | 'prismatic'; origin: number[][]; axis: Vec3 }[];
-  tool: { name: string; origin: number[][] };
-  /** The tool is one, and holds no glass. */
-  gripper?: { closes_in: number };
+  /** @property parent link from which it moves its own; absent: that of the joint before */
+  joints: { name: string; type?: 'revolute' | 'prismatic'; origin: number[][]; axis: Vec3; parent?: number }[];
+  /** One for each arm. @property gripper the tool is one, and holds no glass */
+  tools: { name: string; link: number; origin: number[][]; gripper?: { closes_in: number } }[];
   home: number[];
   /** rad (m), rad/s (m/s) */
   position_min?: number[];
@@ -28,6 +28,9 @@ export interface Robot {
   bodies: Body[];
   pairs: [number, number][];
 }
+
+/** Of the first tool, if it is a gripper. */
+export const gripperOf = (robot: Robot | null | undefined): { closes_in: number } | undefined => robot?.tools?.[0]?.gripper;
 
 /** As in Body; a half-space is all with z <= 0. */
 type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |

@@ -18,6 +18,7 @@ import { Recordings } from './recordings';
 import type { Preset } from './scene/presets';
 import { Stage } from './scene/stage';
 import type { ServerMessage } from './protocol';
+import { gripperOf } from './descriptions';
 import { ON_TOUCH } from './means';
 import { Session } from './session';
 import { DisplayDelay, StudyPanel } from './study';
@@ -90,7 +91,7 @@ function take(message: ServerMessage): void {
   shown = told;
   recordings.replay.profiles = profiles;
   recordings.replay.joints = robot?.joints ?? [];
-  recordings.replay.rim = robot?.gripper ? 0 : 1000 * glass.height;
+  recordings.replay.rim = gripperOf(robot) ? 0 : 1000 * glass.height;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles, message.recordings);
   if (!robot) return;
   joints = new Joints(element('joints', HTMLDivElement), robot);

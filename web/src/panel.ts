@@ -7,6 +7,7 @@ import { motionText, motionTitle } from './demo_motions';
 import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
 import type { Measure, Profile, RequestKind, RequestMessage, StateMessage, WelcomeMessage } from './protocol';
+import { gripperOf } from './descriptions';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { Peak } from './peak';
@@ -213,7 +214,7 @@ export class Panel {
 
   /** Shows the choices that the server offers. */
   offer(welcome: WelcomeMessage): void {
-    document.body.dataset.glass = String(!welcome.robot?.gripper);
+    document.body.dataset.glass = String(!gripperOf(welcome.robot));
     this.#sliders.offer(welcome);
     const box = element('profiles', HTMLFieldSetElement);
     box.querySelectorAll('label').forEach((label) => label.remove());

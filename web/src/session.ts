@@ -4,6 +4,7 @@ import { isNotHeard, KeptHand } from './kept_hand';
 import { LateCount } from './late_count';
 import { ON_PAGE } from './means';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
+import { gripperOf } from './descriptions';
 import { Spills } from './spills';
 
 /** s without a state after which the scene greys out: it shows old data. */
@@ -200,7 +201,7 @@ export class Session {
   }
 
   /** The tool holds a glass. */
-  get hasGlass(): boolean { return !this.welcome?.robot?.gripper; }
+  get hasGlass(): boolean { return !gripperOf(this.welcome?.robot); }
   /** The arm reports its gripper, or its file has one: some controllers report it only after its first motion. */
   get hasGripper(): boolean { return typeof this.state?.gripper === 'number' || (this.state !== null && !this.hasGlass); }
   /** The glass was refilled a moment ago, and the page should show it. */

@@ -91,7 +91,7 @@ describe('plots of a report', () => {
 describe('the arm of a report', () => {
   it('stands where its joints put it, turning and sliding', () => {
     const origin = (x: number) => [[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
-    const robot = { joints: [{ name: 'a', origin: origin(0), axis: [0, 0, 1] as [number, number, number] }, { name: 'b', type: 'prismatic' as const, origin: origin(1), axis: [1, 0, 0] as [number, number, number] }], tool: { name: 't', origin: origin(0.5) } };
+    const robot = { joints: [{ name: 'a', origin: origin(0), axis: [0, 0, 1] as [number, number, number] }, { name: 'b', type: 'prismatic' as const, origin: origin(1), axis: [1, 0, 0] as [number, number, number] }], tools: [{ name: 't', link: 2, origin: origin(0.5) }] };
     const tool = chain(robot, [Math.PI / 2, 0.25]).points.at(-1)!;
     [0, 1.75, 0].forEach((expected, i) => expect(tool[i]).toBeCloseTo(expected));
   });

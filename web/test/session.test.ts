@@ -274,7 +274,7 @@ describe('words of a session', () => {
   });
   it('are of a gripper where the tool is one', () => {
     const session = open(), welcome = server.welcome as { robot: object };
-    session.take({ ...server.welcome!, robot: { ...welcome.robot, gripper: { closes_in: 0.6 } } } as ServerMessage, 1);
+    session.take({ ...server.welcome!, robot: { ...welcome.robot, tools: [{ gripper: { closes_in: 0.6 } }] } } as ServerMessage, 1);
     session.paired = session.yours = true;
     session.take(state({ state: 'ready', controls: { ...(server.state as { controls: object }).controls, playback: -1 } }), 1);
     expect([session.hasGlass, session.advice(1)]).toEqual([false, 'Drag the gripper, or hold a key, to move the arm.']);

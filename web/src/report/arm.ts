@@ -15,15 +15,18 @@ function turn([x, y, z]: Vec3, angle: number): Matrix {
 const shift = ([x, y, z]: Vec3, by: number): Matrix => [[1, 0, 0, x * by], [0, 1, 0, y * by], [0, 0, 1, z * by], [0, 0, 0, 1]];
 const place = (pose: Matrix): Vec3 => [pose[0]![3]!, pose[1]![3]!, pose[2]![3]!];
 
-/** Positions of the joints and of the tool, base frame, m, and the tool's pose. */
-export function chain(robot: Pick<Robot, 'mount' | 'joints' | 'tool'>, q: ArrayLike<number>): { points: Vec3[]; pose: Matrix } {
-  let pose: Matrix = robot.mount ?? IDENTITY;
-  const points = [place(pose)];
-  robot.joints.forEach(({ origin, axis, type }, i) => {
-    pose = times(times(pose, origin), type === 'prismatic' ? shift(axis, q[i] ?? 0) : turn(axis, q[i] ?? 0));
+/** Positions of the joints and of the first tool, base frame, m, and the tool's pose. */
+export function chain(robot: Pick<Robot, 'mount' | 'joints' | 'tools'>, q: ArrayLike<number>): { points: Vec3[]; pose: Matrix } {
+  const tool = robot.tools[0]!, way: number[] = [];
+  for (let link = tool.link; link > 0; link = robot.joints[link - 1]!.parent ?? link - 1) way.unshift(link - 1);
+  let pose = IDENTITY; // the first joint's origin includes the mount
+  const points = [place(robot.mount ?? IDENTITY)];
+  for (const k of way) {
+    const { origin, axis, type } = robot.joints[k]!;
+    pose = times(times(pose, origin), type === 'prismatic' ? shift(axis, q[k] ?? 0) : turn(axis, q[k] ?? 0));
     points.push(place(pose));
-  });
-  pose = times(pose, robot.tool.origin);
+  }
+  pose = times(pose, tool.origin);
   points.push(place(pose));
   return { points, pose };
 }

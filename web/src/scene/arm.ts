@@ -83,20 +83,17 @@ export class Arm extends THREE.Group {
   constructor(robot: Robot, glass: GlassSize) {
     super();
     if (robot.mount) this.#mount.copy(toMatrix(robot.mount));
-    let parent: THREE.Object3D = this;
     this.#links.push(this.#frame(this));
-    parent = this.#links[0] as THREE.Group;
-    for (const joint of robot.joints) {
+    for (const [k, joint] of robot.joints.entries()) {
       const origin = new THREE.Group();
       toMatrix(joint.origin).decompose(origin.position, origin.quaternion, origin.scale);
-      parent.add(origin);
-      const link = this.#frame(origin);
-      this.#links.push(link);
+      this.#links[joint.parent ?? k]!.add(origin);
+      this.#links.push(this.#frame(origin));
       this.#axes.push(new THREE.Vector3(...joint.axis).normalize());
-      parent = link;
     }
-    toMatrix(robot.tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
-    this.gripper = robot.gripper ? new Gripper() : null;
+    const tool = robot.tools[0]!, parent = this.#links[tool.link]!;
+    toMatrix(tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
+    this.gripper = tool.gripper ? new Gripper() : null;
     parent.add(this.tool);
     if (this.gripper) this.tool.add(this.gripper); else parent.add(holder(this.tool, glass));
     for (const body of robot.bodies) {
