@@ -37,16 +37,17 @@ def urdf_of(settings) -> Path:
 
 def test_has_the_keys_of_the_formulation_in_order(robot):
     assert list(robot) == [
-        "name", "joints", "tool", "home", "position_min", "position_max", "velocity_max", "acceleration_max",
+        "name", "joints", "tools", "home", "position_min", "position_max", "velocity_max", "acceleration_max",
         "spheres", "bodies", "pairs",
     ]  # fmt: skip
     n = len(robot["joints"])
     assert n == 6
-    for joint in robot["joints"]:
-        assert {"name", "origin", "axis"} <= joint.keys()
+    for k, joint in enumerate(robot["joints"]):
+        assert {"name", "origin", "axis"} <= joint.keys() and joint["parent"] == k
     for key in ("home", "position_min", "position_max", "velocity_max", "acceleration_max"):
         assert np.isfinite(robot[key]).all() and len(robot[key]) == n
-    assert robot["tool"].keys() == {"name", "origin"}
+    (tool,) = robot["tools"]
+    assert tool.keys() == {"name", "link", "origin"} and tool["link"] == n
     for sphere in robot["spheres"]:
         assert sphere.keys() == {"name", "link", "center", "radius"}
         assert 0 <= sphere["link"] <= n and sphere["radius"] > 0 and len(sphere["center"]) == 3
@@ -81,7 +82,7 @@ bodies:
 
 
 def test_frames_are_rigid(robot):
-    for T in [joint["origin"] for joint in robot["joints"]] + [robot["tool"]["origin"]]:
+    for T in [joint["origin"] for joint in robot["joints"]] + [robot["tools"][0]["origin"]]:
         T = np.array(T)
         assert T.shape == (4, 4) and (T[3] == [0, 0, 0, 1]).all()
         assert np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() < 1e-12
@@ -162,7 +163,7 @@ def test_a_bad_urdf(tmp_path):
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr == (
-        f"steadyhand: {file}: the chain from 'a' to 'a' has 0 moving joints; an arm has 1 to 8\n"
+        f"steadyhand: {file}: the chain from 'a' to 'a' has 0 moving joints; an arm has 1 to 16\n"
     )
 
 

