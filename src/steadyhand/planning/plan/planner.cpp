@@ -124,6 +124,12 @@ Status add_damping(Objectives& objectives) {
   return Done{};
 }
 
+/// The largest weight of a tool: its share of the weights, or all of them if they are not shared out.
+double of_tool(const JointVector& weights, int tool, int tools) {
+  const Eigen::Index each = weights.size() % tools == 0 ? weights.size() / tools : 0;
+  return each > 0 ? weights.segment(each * tool, each).maxCoeff() : weights.maxCoeff();
+}
+
 /// Limits the distance of the reference from the tool to where the gradient of `position` equals the price of a wave
 /// over the rim. Beyond that, spilling would cost less than the distance, and a far reference would make the arm too
 /// fast to stop within the horizon.
@@ -133,7 +139,7 @@ void draw_near(const JointVector& q, Kinematics& arm, const Ocp& ocp, OcpInstanc
     if (!instance.liquid[t].counts) continue;
     double weight = 0.0;
     for (std::size_t i = 0; i < ocp.objectives().size(); ++i)
-      if (ocp.objectives()[i]->name() == "position") weight = instance.weights[i].segment<3>(3 * t).maxCoeff();
+      if (ocp.objectives()[i]->name() == "position") weight = of_tool(instance.weights[i], t, ocp.tool_count());
     if (!(weight > 0.0)) continue;
     const double most = ocp.liquid()->price / (2.0 * weight);  // m: the cost's gradient there is the price
     for (int k = 0; k < instance.reference.nodes; ++k) {
