@@ -35,7 +35,7 @@ inline std::string urdf_serial_arm(int dof) {
   return content;
 }
 
-/// Links l0..lSHARED as urdf_serial_arm, and behind the last of them links left_1.. and right_1.. of two arms.
+/// Links l0..lSHARED as urdf_serial_arm; behind the last one two arms with links left_1.. and right_1..
 inline std::string urdf_two_arms(int shared, int left, int right, const std::string& content = "") {
   std::string text = urdf_serial_arm(shared);
   for (const auto& [side, dof] : {std::pair("left", left), std::pair("right", right)}) {

@@ -420,15 +420,15 @@ TEST(Obstacles, ABoxThatLiesFlatOnAnotherHasItsCornersOnly) {
     loop.planner->reset(loop.model.home, Time(0));
     loop.arm.set_position(loop.model.home);
     const Placed tray = loop.arm.body(0);
-    const auto beside = [&](double x, double z) { return Vector3(tray.p + x * tray.R.col(0) + z * tray.R.col(2)); };
-    Obstacles top = cell({obstacle(Shape::box({0.2, 0.2, 0.05}), beside(aside, -0.1))});
+    const auto next_to = [&](double x, double z) { return Vector3(tray.p + x * tray.R.col(0) + z * tray.R.col(2)); };
+    Obstacles top = cell({obstacle(Shape::box({0.2, 0.2, 0.05}), next_to(aside, -0.1))});
     top.list[0].at.R = tray.R;
     ASSERT_TRUE(loop.planner->set_obstacles(top));
     int wholes = 0, corners = 0, solved = 0, most = 0;
     for (int i = 0; i < 100; ++i) {
       Reference into = loop.reference(from_seconds(0.02 * i));
       for (int k = 0; k < into.nodes; ++k) {
-        into.tools[0].p[k] = beside(0.01 * std::sin(0.2 * i), -0.1);
+        into.tools[0].p[k] = next_to(0.01 * std::sin(0.2 * i), -0.1);
         into.tools[0].R[k] = tray.R;
       }
       (void)loop.planner->update(into);
