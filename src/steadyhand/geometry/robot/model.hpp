@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bitset>
 #include <optional>
 #include <string>
 #include <utility>
@@ -45,6 +46,9 @@ struct Body {
     return {std::move(name), link, Shape::sphere(radius), Eigen::Isometry3d(Eigen::Translation3d(center))};
   }
 };
+
+/// Some of a robot's joints, by their index.
+using JointSet = std::bitset<kMaxJoints>;
 
 /// Two bodies that must not overlap, as indices into RobotModel::bodies; first.link < second.link.
 using BodyPair = std::pair<int, int>;

@@ -28,6 +28,9 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
   int rows() const override { return rows_; }
   Bounds bounds(int /*row*/) const override { return {0.0, std::numeric_limits<double>::infinity()}; }
   EntryRange support(int /*row*/, int dof) const override { return {0, dof}; }
+  JointSet joints(int row, int /*dof*/, const NearObstacles& near) const override {
+    return near[row].body < 0 ? JointSet() : joints_of(joints(near[row]));
+  }
   double activation_margin(int /*row*/) const override { return kNear; }
 
   template <typename S>

@@ -39,6 +39,9 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
   Bounds bounds(int /*row*/) const override { return {0.0, std::numeric_limits<double>::infinity()}; }
 
   EntryRange support(int row, int /*dof*/) const override { return ways_[rows_[row].way].support; }
+  JointSet joints(int row, int /*dof*/, const NearObstacles& /*near*/) const override {
+    return joints_of(ways_[rows_[row].way].joints);
+  }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, int row) const {

@@ -23,6 +23,7 @@ class Stopping final : public ConstraintFor<Stopping> {
   int rows() const override { return static_cast<int>(lower_.size()); }
   Bounds bounds(int row) const override { return {lower_[row], upper_[row]}; }
   EntryRange support(int row, int dof) const override { return {row, dof + row + 1}; }
+  JointSet joints(int row, int /*dof*/, const NearObstacles& /*near*/) const override { return JointSet().set(row); }
   double activation_margin(int row) const override { return kNear * (upper_[row] - lower_[row]); }
 
   template <typename S>

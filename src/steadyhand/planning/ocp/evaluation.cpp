@@ -184,6 +184,7 @@ double Evaluation::violation() const {
   for (int k = 0; k <= ocp_->horizon(); ++k) {
     for (const ConstraintRow row : rows_[k]) {
       if (std::isfinite(ocp_->constraints()[row.constraint]->price(row.row))) continue;
+      if (ocp_->is_given(*instance_, row)) continue;
       const double value = constraint(k, row);
       const Bounds limit = bounds(k, row);
       largest = std::max({largest, limit.lower - value, value - limit.upper});

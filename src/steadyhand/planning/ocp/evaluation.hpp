@@ -60,6 +60,7 @@ class Evaluation {
   /// Penalty at node k of rows with a price outside their bounds.
   double price(int k) const;
   /// Largest amount by which a row without a price leaves its bounds at any node, in the row's own unit; 0 when inside.
+  /// Without rows of given joints (Ocp::is_given).
   double violation() const;
   /// Smallest gap between sphere surfaces over nodes 0..N, m.
   double clearance() const;

@@ -239,6 +239,9 @@ Status Ocp::check(const OcpInstance& instance) const {
     return Error{"the pose of the second tool in the first has a number that is not finite"};
   if (const auto size = instance.u_followed.size(); (size != 0 && size != dof()) || !instance.u_followed.allFinite())
     return Error{fmt::format("u_followed has {} numbers; it must have {} finite ones, or none", size, dof())};
+  for (int j = dof(); j < kMaxJoints; ++j) {
+    if (instance.given[j]) return Error{fmt::format("joint {} is given; the joints are 0 to {}", j, dof() - 1)};
+  }
   if (instance.weights.size() != objectives_.size()) {
     return Error{fmt::format("{} weights for {} objectives", instance.weights.size(), objectives_.size())};
   }

@@ -96,6 +96,9 @@ struct OcpInstance {
   JointVector u_followed;        ///< rad/s^2, the acceleration that the arm has until node 0; empty: none
   double clearance = 0.0;        ///< m, 0 to kMostClearance, by which bodies stay further apart than asked
   ReferencePoseOf<double> held;  ///< of the second tool in the first, if they hold one thing
+  /// Joints whose accelerations stay as the guess has them. Rows without a price that depend on no other joint are no
+  /// constraints.
+  JointSet given;
 };
 
 /// The optimal control problem of docs/explanation/formulation.md as data: minimise dt * sum of objectives subject to
@@ -137,6 +140,14 @@ class Ocp {
   /// The settings' weights in the order of objectives(). Fails on an unknown name, a wrong count, or a weight that is
   /// negative or not finite.
   Result<std::vector<JointVector>> weights(const Weights& by_name) const;
+  /// Whether no joint that is not given can change the row: it is no constraint of the instance then. A row with a
+  /// price stays one.
+  bool is_given(const OcpInstance& instance, ConstraintRow row) const {
+    if (instance.given.none()) return false;
+    const Constraint& constraint = *constraints_[row.constraint];
+    return !std::isfinite(constraint.price(row.row)) &&
+           (constraint.joints(row.row, dof(), instance.near) & ~instance.given).none();
+  }
   /// Why an instance cannot be solved (sizes, non-finite numbers), or Done. Allocates only when it fails.
   Status check(const OcpInstance& instance) const;
 

@@ -11,6 +11,12 @@ namespace steadyhand {
 /// The entry of a symmetric matrix of which the upper triangle counts.
 auto& upper_entry(auto& hessian, int i, int j) { return i <= j ? hessian(i, j) : hessian(j, i); }
 
+inline JointSet joints_of(const std::vector<SignedJoint>& way) {
+  JointSet joints;
+  for (const auto& [m, sign] : way) joints.set(m);
+  return joints;
+}
+
 /// Adds scale times the second derivatives of near.value by the joints on the way from the first solid to the second.
 template <typename Scalar>
 void add_second_derivatives(const NodeOf<Scalar>& node, const ProximityOf<Scalar>& near,

@@ -57,6 +57,14 @@ void add_by_lane(const NodeBatch& nodes, Batch& to, const Add& add) {
 
 }  // namespace
 
+JointSet Constraint::joints(int row, int dof, const NearObstacles& /*near*/) const {
+  const auto [first, last] = support(row, dof);
+  JointSet joints;
+  if (first >= 3 * dof) return joints.set();  // the liquids', which all may move
+  for (int i = first; i < last; ++i) joints.set(i % dof);
+  return joints;
+}
+
 Lanes Objective::value(const NodeBatch& nodes, const BatchWeight& weight) const {
   Lanes result;
   for_each_lane(nodes, [&](const Node& node, int lane) { result.set(lane, value(node, lane_of(weight, lane))); });

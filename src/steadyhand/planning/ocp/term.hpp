@@ -245,6 +245,9 @@ class Constraint {
   virtual int entry(int /*row*/) const { return -1; }
   /// Entries of z that the row may depend on, for an arm of n joints. The states of the liquids begin at 3n.
   virtual EntryRange support(int /*row*/, int dof) const { return {0, 3 * dof}; }
+  /// Joints whose motion the row depends on, with these obstacles: a row of joints that are all given
+  /// (OcpInstance::given) is no constraint. The default takes those of its support.
+  virtual JointSet joints(int row, int dof, const NearObstacles& near) const;
   /// Units of the objective per unit of the row that leaving the row's bounds costs. Infinite: it may not leave them.
   virtual double price(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
   /// A solver may leave out a row whose value is further than this inside its bounds on the guess, if it checks all

@@ -22,6 +22,7 @@ double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, con
     evaluation.add_objective_gradient(k, 1.0, gradient);
     for (std::size_t i = 0; i < evaluation.rows(k).size(); ++i) {
       const ConstraintRow row = evaluation.rows(k)[i];
+      if (ocp.is_given(evaluation.instance(), row)) continue;
       const double multiplier = multipliers.at(k, row);
       const double value = evaluation.constraint(k, row);
       const Bounds bounds = evaluation.bounds(k, row);
@@ -46,7 +47,9 @@ double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, con
         worst =
             std::max(worst, (evaluation.slosh(k + 1, t) - step.next(evaluation.slosh(k, t))).lpNorm<Eigen::Infinity>());
       }
-      const JointVector dL_du = gradient.segment(2 * n, n) + 0.5 * dt * dt * costate.head(n) + dt * costate.tail(n);
+      JointVector dL_du = gradient.segment(2 * n, n) + 0.5 * dt * dt * costate.head(n) + dt * costate.tail(n);
+      for (int j = 0; j < n; ++j)
+        if (evaluation.instance().given[j]) dL_du[j] = 0.0;
       worst = std::max({worst, dL_du.lpNorm<Eigen::Infinity>(),
                         (trajectory.x[k + 1] - ocp.next(trajectory.x[k], trajectory.u[k])).lpNorm<Eigen::Infinity>()});
       costate.tail(n) += dt * costate.head(n);

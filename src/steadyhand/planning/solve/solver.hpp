@@ -127,7 +127,8 @@ class Multipliers {
 };
 
 /// Distance of a trajectory with multipliers from a KKT point of the problem: the largest of
-/// - the gradient of the Lagrangian by every u_k, states eliminated through the dynamics (the costates are exact),
+/// - the gradient of the Lagrangian by every u_k that is not given, states eliminated through the dynamics (the costates
+///   are exact),
 /// - the violation of rows and dynamics,
 /// - |multiplier * slack| of every row; of one with a price and outside its bounds (price - |multiplier|) * excess,
 /// - the excess of a multiplier over its row's price,
@@ -179,7 +180,7 @@ class Solver {
   virtual std::string_view name() const = 0;  ///< see solver_names()
 
   /// @param guess starting point of the primal variables; x_0 is taken from the instance, other states need not obey
-  /// the dynamics.
+  /// the dynamics. Accelerations of joints that are given (OcpInstance::given) stay exactly as they are here.
   /// @param multipliers starting point of Solution::multipliers, or null
   virtual void solve(const OcpInstance& instance, const Trajectory& guess, const Multipliers* multipliers,
                      const SolveBudget& budget, Solution& solution) = 0;

@@ -30,6 +30,10 @@ constexpr int kMostTrials = 100;         ///< points that a line search may look
 /// bounds, at that price; these inputs follow u_k. FATROP's last stage may have no inputs, so such a problem has one
 /// more stage, whose state is 0.
 ///
+/// The acceleration of a given joint enters the dynamics as the constant of the guess. Its variable is without effect,
+/// and costs half the square of its difference from the guess, where it begins. Rows of given joints are 0 inside of
+/// their bounds.
+///
 /// For a constraint with many rows (pairs of bodies), only the `slots` rows nearest to their bounds are posed at each
 /// node: FATROP's time per iteration grows with the rows, and few ever matter. The caller must check the others at the
 /// solution.
@@ -89,8 +93,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
     blasfeo_dgese(res->m, res->n, 0.0, res, 0, 0);
     if (k == ocp_.horizon()) return 0;
     for (int i = 0; i < n_; ++i) {
-      BLASFEO_DMATEL(res, i, i) = 0.5 * dt * dt;
-      BLASFEO_DMATEL(res, i, n_ + i) = dt;
+      BLASFEO_DMATEL(res, i, i) = is_given(i) ? 0.0 : 0.5 * dt * dt;
+      BLASFEO_DMATEL(res, i, n_ + i) = is_given(i) ? 0.0 : dt;
       if (k == 0) continue;
       BLASFEO_DMATEL(res, of_x + i, i) = 1.0;
       BLASFEO_DMATEL(res, of_x + n_ + i, i) = dt;
@@ -103,7 +107,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
       const int begin = slosh_begin(n_, t), end = begin + kSloshStates;
       for (int i = 0; i < of_x + get_nx(k); ++i) {
         const int entry = z_index(i, k);
-        if (entry < 0 || (entry >= 3 * n_ && (entry < begin || entry >= end))) continue;
+        if (entry < 0 || is_given_input(entry) || (entry >= 3 * n_ && (entry < begin || entry >= end))) continue;
         for (int j = 0; j < kSloshStates; ++j) {
           BLASFEO_DMATEL(res, i, begin - n_ + j) =
               entry < 3 * n_ ? by_motion(j, entry) : step.pull_back(SloshState::Unit(j))[entry - begin];
@@ -144,11 +148,18 @@ class FatropOcp final : public fatrop::OcpAbstract {
     evaluation_.add_objective_hessian(k, *objective_scale, hessian);
     for (std::size_t i = 0; i < posed_[k].size(); ++i) {
       const double multiplier = stretch(k, row(k, i)) * lam_ineq[i];
-      if (multiplier != 0.0) evaluation_.add_constraint_hessian(k, row(k, i), multiplier, hessian);
+      if (multiplier != 0.0 && !is_given(row(k, i)))
+        evaluation_.add_constraint_hessian(k, row(k, i), multiplier, hessian);
     }
     for (int t = 0; k < ocp_.horizon() && t < liquids(); ++t) {
       (void)evaluation_.slosh_step(k, t);
       evaluation_.add_slosh_hessian(k, Eigen::Map<const SloshState>(lam_dyn + slosh_begin(n_, t) - n_), hessian, t);
+    }
+    for (int j = 0; k < ocp_.horizon() && j < n_; ++j) {
+      if (!is_given(j)) continue;
+      hessian.row(2 * n_ + j).setZero();
+      hessian.col(2 * n_ + j).setZero();
+      hessian(2 * n_ + j, 2 * n_ + j) = *objective_scale;
     }
     if (!(hessian.cwiseAbs().maxCoeff() < kMostCurvature)) throw Diverged();  // also what is no number
     const Index size = get_nu(k) + get_nx(k);
@@ -172,7 +183,9 @@ class FatropOcp final : public fatrop::OcpAbstract {
     int soft = 0;
     for (int j = 0; j < rows; ++j) {
       NodeGradient gradient = NodeGradient::Zero(ocp_.entries());
-      evaluation_.add_constraint_gradient(k, row(k, j), stretch(k, row(k, j)), gradient);
+      if (!is_given(row(k, j))) evaluation_.add_constraint_gradient(k, row(k, j), stretch(k, row(k, j)), gradient);
+      for (int i = 0; i < n_; ++i)
+        if (is_given(i)) gradient[2 * n_ + i] = 0.0;
       for (int i = 0; i < size; ++i) BLASFEO_DMATEL(res, i, j) = z_index(i, k) < 0 ? 0.0 : gradient[z_index(i, k)];
       if (!std::isfinite(price(row(k, j)))) continue;
       const int entry = accelerations(k) + soft;
@@ -189,7 +202,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
     const int rows = static_cast<int>(posed_[k].size());
     int soft = 0;
     for (int i = 0; i < rows; ++i) {
-      res[i] = stretched(k, row(k, i));
+      res[i] = is_given(row(k, i)) ? inside(nominal(row(k, i))) : stretched(k, row(k, i));
       if (!std::isfinite(price(row(k, i)))) continue;
       const double excess = u[accelerations(k) + soft];
       res[i] += relief(row(k, i)) * excess;
@@ -206,6 +219,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
     set(u, x, k);
     NodeGradient gradient = NodeGradient::Zero(ocp_.entries());
     evaluation_.add_objective_gradient(k, *objective_scale, gradient);
+    for (int i = 0; i < accelerations(k); ++i)
+      if (is_given(i)) gradient[2 * n_ + i] = *objective_scale * (u[i] - guess_.u[k][i]);
     for (int i = 0; i < get_nu(k) + get_nx(k); ++i) res[i] = z_index(i, k) < 0 ? 0.0 : gradient[z_index(i, k)];
     for_each_soft(k, [&](int soft, double price) { res[accelerations(k) + soft] = *objective_scale * price; });
     return 0;
@@ -220,6 +235,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
     }
     set(u, x, k);
     *res = *objective_scale * evaluation_.objective(k);
+    for (int i = 0; i < accelerations(k); ++i)
+      if (is_given(i)) *res += *objective_scale * 0.5 * (u[i] - guess_.u[k][i]) * (u[i] - guess_.u[k][i]);
     for_each_soft(k, [&](int soft, double price) { *res += *objective_scale * price * u[accelerations(k) + soft]; });
     return 0;
   }
@@ -285,6 +302,13 @@ class FatropOcp final : public fatrop::OcpAbstract {
   int accelerations(int k) const { return k == ocp_.horizon() ? 0 : n_; }
   double price(ConstraintRow row) const { return ocp_.constraints()[row.constraint]->price(row.row); }
   Bounds nominal(ConstraintRow row) const { return ocp_.constraints()[row.constraint]->bounds(row.row); }
+  bool is_given(int joint) const { return evaluation_.instance().given[joint]; }
+  bool is_given_input(int entry) const { return entry >= 2 * n_ && entry < 3 * n_ && is_given(entry - 2 * n_); }
+  bool is_given(ConstraintRow row) const { return ocp_.is_given(evaluation_.instance(), row); }
+  static double inside(const Bounds& bounds) {
+    const double width = std::min(bounds.upper - bounds.lower, 2.0);
+    return std::isfinite(bounds.lower) ? bounds.lower + 0.5 * width : bounds.upper - 0.5 * width;
+  }
   /// A row's value, see stretch().
   double stretched(int k, ConstraintRow row) const {
     const double value = evaluation_.constraint(k, row), factor = stretch(k, row);
@@ -310,8 +334,11 @@ class FatropOcp final : public fatrop::OcpAbstract {
     return k == 0 ? guess_.x[0] : StateVector(Eigen::Map<const Eigen::VectorXd>(x, 2 * n_));
   }
   JointVector input(const Scalar* u, int k) const {
-    return k == ocp_.horizon() ? JointVector(JointVector::Zero(n_))
-                               : JointVector(Eigen::Map<const Eigen::VectorXd>(u, n_));
+    if (k == ocp_.horizon()) return JointVector::Zero(n_);
+    JointVector result = Eigen::Map<const Eigen::VectorXd>(u, n_);
+    for (int i = 0; i < n_; ++i)
+      if (is_given(i)) result[i] = guess_.u[k][i];
+    return result;
   }
   void set(const Scalar* u, const Scalar* x, int k) {
     evaluation_.set_node(k, state(x, k), input(u, k));
@@ -443,7 +470,8 @@ class FatropSolver final : public Solver {
         solution.multipliers.set(k, row, program.problem->stretch(k, row) * multiplier);
       }
       if (k == ocp_.horizon()) break;
-      for (int i = 0; i < ocp_.dof(); ++i) trajectory.u[k][i] = primal(info.offsets_primal_u[k] + i);
+      for (int i = 0; i < ocp_.dof(); ++i)
+        trajectory.u[k][i] = instance.given[i] ? point_.u[k][i] : primal(info.offsets_primal_u[k] + i);
       trajectory.x[k + 1] = ocp_.next(trajectory.x[k], trajectory.u[k]);
     }
   }

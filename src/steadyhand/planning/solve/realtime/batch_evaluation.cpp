@@ -69,6 +69,7 @@ void BatchEvaluation::set_instance(const OcpInstance& instance) {
   u_followed_ = instance.u_followed;
   clearance_ = instance.clearance;
   held_ = instance.held;
+  given_ = instance.given;
   slosh_counts_ = false;
   for (int t = 0; t < ocp_.tool_count(); ++t) {
     if (ocp_.liquid()) liquid_[t] = instance.liquid[t];
@@ -180,7 +181,8 @@ void BatchEvaluation::differentiate_slosh(const NodeTable& z) {
     for (int t = 0; t < ocp_.tool_count(); ++t) {
       SloshStep* steps = slosh_steps_[t].data() + b * kLanes;
       for (int i = 0; i < 3 * n; ++i) {
-        const Vector3Of<Lanes> by = slosh_[b].force_by(i, t);
+        const Vector3Of<Lanes> by =
+            given_[i % n] ? Vector3Of<Lanes>(Vector3Of<Lanes>::Zero()) : slosh_[b].force_by(i, t);
         for (int lane = 0; lane < lanes; ++lane) {
           auto column = steps[lane].by_motion.col(i);
           for (int axis = 0; axis < 3; ++axis) column[axis] = by[axis][lane];

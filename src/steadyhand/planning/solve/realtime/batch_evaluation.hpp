@@ -22,7 +22,7 @@ class BatchEvaluation {
  public:
   explicit BatchEvaluation(const Ocp& ocp);
 
-  /// Copies what it needs.
+  /// Copies what it needs. The liquids' derivatives by joints that are given are 0.
   void set_instance(const OcpInstance& instance);
   /// Moves all nodes. z: table [q; dq; u] x nodes that starts at the instance's x_0. After these rows it writes the
   /// liquid's states, rolled out.
@@ -102,6 +102,7 @@ class BatchEvaluation {
   JointVector u_followed_;                                     ///< the same
   double clearance_ = 0.0;                                     ///< m, the same
   ReferencePoseOf<double> held_;                               ///< the same
+  JointSet given_;                                             ///< the same
   std::vector<SloshIntervalOf<Lanes>> slosh_;                  ///< intervals kLanes b to kLanes b + kLanes - 1
   std::array<std::vector<SloshStep>, kMaxTools> slosh_steps_;  ///< by interval
   std::vector<int> weighted_;                                  ///< objectives whose weight is not 0

@@ -48,6 +48,7 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
     first_bounds_.push_back(rows_[r].bounds);
     if (rows_[r].nodes == Nodes::kIntervals) interval_rows_.push_back(r);
   }
+  given_rows_.reserve(rows_.size());
   for (auto& batch : blocks_) batch.reserve(rows_.size());
   std::size_t gradients = 0;
   for (int r = 0; r < rows_.size(); ++r) gradients += rows_[r].support.last - rows_[r].support.first;
@@ -63,6 +64,10 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, cons
   model_.gradient.resize(entries_);
   for (auto& gradient : gradient_) gradient.resize(entries_);
   curvature_scale_ = curvature_.of(instance.weights);
+  given_ = instance.given;
+  given_rows_.clear();
+  for (int r = 0; given_.any() && r < rows_.size(); ++r)
+    if (ocp_.is_given(instance, rows_[r].id)) given_rows_.push_back(r);
 
   for (auto& batch : blocks_) batch.clear();
   gradients_.clear();
@@ -77,6 +82,7 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, cons
   }
   for (const int r : rows_.working_set()) watch_.near[r] = 1;
   narrow_first(instance.x0);
+  forget_given();
   for_each_near([&](int r) { work_on(r, multipliers); });
   violation_ = violation_of_blocks();
   watch_.begun = z_;
@@ -123,6 +129,11 @@ void ElasticBarrier::find_near() {
     }
     first += constraint.rows();
   }
+  forget_given();
+}
+
+void ElasticBarrier::forget_given() {
+  for (const int r : given_rows_) watch_.near[r] = 0;
 }
 
 double ElasticBarrier::violation_of_blocks() const {
@@ -299,7 +310,7 @@ const Residuals& ElasticBarrier::differentiate() {
       double &by_q = costate[i], &by_v = costate[n_ + i];
       if (k < ocp_.horizon()) {
         const double by_u = gradient[2 * n_ + i] + 0.5 * dt * dt * by_q + dt * by_v;
-        residuals_.dual = std::max(residuals_.dual, std::abs(by_u));
+        if (!given_[i]) residuals_.dual = std::max(residuals_.dual, std::abs(by_u));
       }
       by_v += dt * by_q + gradient[n_ + i];
       by_q += gradient[i];
@@ -317,6 +328,7 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
   Riccati::Steps steps{};
   for (int t = 0; slosh_.counts && t < ocp_.tool_count(); ++t) steps[t] = evaluation_.slosh_steps(t).data();
   newton.set_sources(steps, model_.hessian, model_.gradient, slosh_.hessian);
+  newton.set_given(given_);
   bool coupled = false;
   for (int b = 0; b < evaluation_.batches(); ++b) {
     find_model(b, curvature, damping);
@@ -373,17 +385,33 @@ void ElasticBarrier::find_model(int b, Curvature curvature, double damping) {
     }
   }
   for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
+  if (given_.none()) return;
+  leave_out_given(H);
+  for (int j = 0; j < n_; ++j) {
+    if (!given_[j]) continue;
+    for (const int i : {j, n_ + j, 2 * n_ + j}) g[i] = 0.0;
+    H(2 * n_ + j, 2 * n_ + j) = curvature_scale_;
+  }
+}
+
+void ElasticBarrier::leave_out_given(NodeHessianOf<Lanes>& H) const {
+  for (int i = 0; i < 3 * n_; ++i) {
+    if (!given_[i % n_]) continue;
+    for (int j = 0; j < 3 * n_; ++j) H(std::min(i, j), std::max(i, j)) = 0.0;
+  }
 }
 
 /// The second derivatives of how the liquids go.
 void ElasticBarrier::add_slosh(NewtonSystem& newton) {
   for (NewtonSystem::Part& part : newton.parts()) {
+    if (part.is_given) continue;
     Riccati& riccati = part.riccati;
     const auto& [first_joint, dof, first_tool, tools] = riccati.joints();
     for (int t = first_tool; t < first_tool + tools; ++t) {
       const int begin = slosh_begin(dof, t - first_tool);
       for (int first = 0; first < ocp_.horizon(); first += kLanes) {
         evaluation_.find_slosh_hessian(t, first, z_, slosh_.costates[t], slosh_.hessian);
+        if (given_.any()) leave_out_given(slosh_.hessian);
         std::array<double*, kLanes> models;
         for (int lane = 0; lane < kLanes; ++lane) {
           const int k = first + lane;
@@ -402,6 +430,7 @@ void ElasticBarrier::add_slosh(NewtonSystem& newton) {
 
 void ElasticBarrier::write_model(int b, NewtonSystem& newton) const {
   for (NewtonSystem::Part& part : newton.parts()) {
+    if (part.is_given) continue;
     std::array<double*, kLanes> models;
     for (int lane = 0; lane < kLanes; ++lane) {
       const int column = b * kLanes + lane;
@@ -452,7 +481,7 @@ bool ElasticBarrier::meet_limits(const NodeTable& step) {
   bool met = false;
   for (const int r : rows_.limits()) {
     const Row& row = rows_[r];
-    if (rows_.in_working_set(r)) continue;
+    if (rows_.in_working_set(r) || given_[row.entry % n_]) continue;
     Lanes least = kInfinity;
     for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
       const Lanes v = z_[row.entry][b] + step[row.entry][b], inside = min(v - row.bounds.lower, row.bounds.upper - v);

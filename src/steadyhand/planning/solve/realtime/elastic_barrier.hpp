@@ -133,6 +133,10 @@ class ElasticBarrier {
     double elastic = 0.0, logarithms = 0.0;
   };
 
+  /// Sets near[r] = 0 for rows that are no constraints, see OcpInstance::given.
+  void forget_given();
+  /// Sets the second derivatives by the motion of given joints to 0.
+  void leave_out_given(NodeHessianOf<Lanes>& H) const;
   void set_point();  ///< sets all values that depend on z_
   void differentiate_terms();
   void find_near();
@@ -180,6 +184,8 @@ class ElasticBarrier {
 
   std::vector<int> interval_rows_;    ///< those that act at node 0
   std::vector<Bounds> first_bounds_;  ///< by row, at node 0
+  JointSet given_;
+  std::vector<int> given_rows_;  ///< that are no constraints
 
   /// The rows outside of the working set.
   struct Watch {

@@ -24,7 +24,8 @@ std::vector<JointRange> separate_arms(const RobotModel& model) {
 
 NewtonSystem::NewtonSystem(const Ocp& ocp) {
   const auto add = [&](const JointRange& joints) {
-    parts_.push_back({Riccati(joints, ocp.dof(), ocp.liquid() != nullptr, ocp.horizon(), ocp.dt()), {}, {}});
+    parts_.push_back({Riccati(joints, ocp.dof(), ocp.liquid() != nullptr, ocp.horizon(), ocp.dt()), {}, {}, {}});
+    for (int i = 0; i < joints.dof; ++i) parts_.back().joints.set(joints.first + i);
   };
   add({0, ocp.dof(), 0, ocp.tool_count()});
   for (const JointRange& arm : separate_arms(ocp.model())) add(arm);
@@ -43,6 +44,10 @@ void NewtonSystem::set_sources(const Riccati::Steps& steps, const NodeHessianOf<
   }
 }
 
+void NewtonSystem::set_given(JointSet given) {
+  for (Part& part : parts_) part.is_given = (part.joints & ~given).none();
+}
+
 bool NewtonSystem::couples(const NodeHessianOf<Lanes>& H) const {
   for (std::size_t a = 1; a < parts_.size(); ++a) {
     for (std::size_t b = a + 1; b < parts_.size(); ++b) {
@@ -58,11 +63,18 @@ bool NewtonSystem::couples(const NodeHessianOf<Lanes>& H) const {
 }
 
 bool NewtonSystem::factorise(double smallest_pivot) {
-  return std::ranges::all_of(parts(), [&](Part& part) { return part.riccati.factorise(smallest_pivot); });
+  return std::ranges::all_of(parts(),
+                             [&](Part& part) { return part.is_given || part.riccati.factorise(smallest_pivot); });
 }
 
 void NewtonSystem::solve(NodeTable& step) {
-  for (const Part& part : parts()) part.riccati.solve(step);
+  for (const Part& part : parts()) {
+    if (!part.is_given) {
+      part.riccati.solve(step);
+      continue;
+    }
+    for (const int i : part.riccati.entries()) std::fill_n(step[i], step.batches(), Lanes(0.0));
+  }
 }
 
 }  // namespace steadyhand::realtime

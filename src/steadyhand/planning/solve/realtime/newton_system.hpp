@@ -19,6 +19,8 @@ class NewtonSystem {
     Riccati riccati;
     ModelLayout model;  ///< of H and g by z
     ModelLayout slosh;  ///< of second derivatives by [q; dq; u]
+    JointSet joints;
+    bool is_given = false;  ///< its step is 0, and its models are not read
   };
 
   explicit NewtonSystem(const Ocp& ocp);
@@ -27,6 +29,9 @@ class NewtonSystem {
   /// there are steps. Does nothing if the steps are the same as before.
   void set_sources(const Riccati::Steps& steps, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g,
                    const NodeHessianOf<Lanes>& slosh);
+  /// Joints that do not move, see OcpInstance; of others in one recursion the models must have no derivatives by them
+  /// except a positive curvature by their accelerations.
+  void set_given(JointSet given);
   /// Whether the arms are solved by themselves; default: if they share no joint.
   void separate(bool on) { separate_ = on && parts_.size() > 1; }
   bool is_separate() const { return separate_; }

@@ -57,7 +57,7 @@ class Realtime final : public Solver {
       bool solved = solve_from_point(instance, multipliers, budget);
       budget.iterations = all;
       if (!solved && !budget.spent()) {
-        roll_out(instance, [&](int, const StateVector& x) { return brake(x); });
+        roll_out(instance, [&](int k, const StateVector& x) { return brake(x, instance.given, guess.u[k]); });
         solved = solve_from_point(instance, nullptr, budget);
       }
       if (!solved) retreat();
@@ -95,10 +95,13 @@ class Realtime final : public Solver {
     }
   }
 
-  /// From x_0 to rest as fast as half the robot's acceleration limits allow, then stationary.
-  JointVector brake(const StateVector& x) const {
+  /// From x_0 to rest as fast as half the robot's acceleration limits allow, then stationary; given joints as they are.
+  JointVector brake(const StateVector& x, JointSet given, const JointVector& u) const {
     const JointVector limit = 0.5 * ocp_.model().acceleration_max;
-    return (-x.tail(n_) / ocp_.dt()).cwiseMax(-limit).cwiseMin(limit);
+    JointVector result = (-x.tail(n_) / ocp_.dt()).cwiseMax(-limit).cwiseMin(limit);
+    for (int j = 0; j < n_; ++j)
+      if (given[j]) result[j] = u[j];
+    return result;
   }
 
   /// Solves from point_. True if point_ becomes a KKT point with all rows checked.
