@@ -127,7 +127,7 @@ TEST(LiquidEstimate, TheHighestWaveIsNotBelowAnyOnTheWay) {
   const SloshModel model({}, 1.0, {0.92, 1.0, 1.08});
   for (int trial = 0; trial < 20; ++trial) {
     c.move(0.4);
-    ASSERT_TRUE(make_level_stop(c.loop.arm, 8, 0.5, c.plan));
+    ASSERT_TRUE(make_level_stop(c.loop.arm, 8, 0.5, {}, c.plan));
     const SloshState start = c.any_state();
     const double highest = c.estimate.highest(c.plan, start, Time(0));
     double seen = 0.0;
@@ -150,7 +150,7 @@ TEST(LevelStop, EndsAtRestAndUpright) {
   for (int trial = 0; trial < 50; ++trial) {
     c.plan.intervals = 8;
     c.move(0.2);
-    ASSERT_TRUE(make_level_stop(c.loop.arm, 8, 0.61, c.plan));
+    ASSERT_TRUE(make_level_stop(c.loop.arm, 8, 0.61, {}, c.plan));
     EXPECT_EQ(c.plan.intervals, 21);
     EXPECT_EQ(c.plan.x[21].tail(6).norm(), 0.0);
     for (int k = 8; k < 21; ++k) {
@@ -160,7 +160,7 @@ TEST(LevelStop, EndsAtRestAndUpright) {
     upright += c.loop.arm.R()(2, 2) > std::cos(0.05);
   }
   EXPECT_GE(upright, 45);  // where the arm is stretched out it cannot
-  EXPECT_FALSE(make_level_stop(c.loop.arm, 8, 1e3, c.plan));
+  EXPECT_FALSE(make_level_stop(c.loop.arm, 8, 1e3, {}, c.plan));
 }
 
 /// A planner of a problem with a liquid; the target keeps the glass as it is at home.
@@ -237,7 +237,7 @@ TEST(CarryingPlanner, WhereEveryStopSpillsTheLowestOneIsTaken) {
           const Trajectory& solution = loop.planner->solution().trajectory;
           for (int k = 0; k < 8; ++k) other.u[k] = solution.u[k];
           for (int k = 0; k <= 8; ++k) other.x[k] = solution.x[k];
-          if (!make_level_stop(loop.arm, intervals, periods * witness.period(), other)) continue;
+          if (!make_level_stop(loop.arm, intervals, periods * witness.period(), {}, other)) continue;
           if (check_plan(other, plan.x[0], {}, loop.arm) != PlanFault::kNone) continue;
           EXPECT_GE(witness.highest(other, liquid, now), taken - 1e-9)
               << seed << " " << i << " " << intervals << " " << periods;

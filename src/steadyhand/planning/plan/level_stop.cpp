@@ -1,6 +1,7 @@
 #include "steadyhand/planning/plan/level_stop.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -30,16 +31,28 @@ JointVector velocities(const Jacobian& J, const Twists& twist) {
   return J.transpose() * A.llt().solve(twist);
 }
 
+/// Twists that these joints cause, whose columns are 0 from then on.
+Twists moved_by(JointSet joints, const JointVector& dq, Jacobian& J) {
+  Twists twist = Twists::Zero(J.rows());
+  for (int j = 0; j < J.cols(); ++j) {
+    if (!joints[j]) continue;
+    twist += dq[j] * J.col(j);
+    J.col(j).setZero();
+  }
+  return twist;
+}
+
 }  // namespace
 
-bool make_level_stop(Kinematics& arm, int first, double duration, Plan& plan) {
+bool make_level_stop(Kinematics& arm, int first, double duration, JointSet given, Plan& plan) {
   const int n = plan.joints, count = std::max(1, static_cast<int>(std::ceil(duration / plan.dt - 1e-9)));
   if (first + count > Plan::kMaxIntervals) return false;
   const double dt = plan.dt;
   arm.set_position(plan.x[first].head(n));
   const JointVector dq0 = plan.x[first].tail(n);
-  const Jacobian J = jacobian(arm);
+  Jacobian J = jacobian(arm);
   const Twists twist = J * dq0;
+  const Twists by_others = twist - moved_by(given, dq0, J);
   std::array<Eigen::Vector2d, kMaxTools> leans;  // tilt of each tool from the vertical as axis times angle
   for (int t = 0; t < arm.tool_count(); ++t) {
     const Vector3 axis = arm.R(t).col(2), about = Vector3::UnitZ().cross(axis);
@@ -47,12 +60,17 @@ bool make_level_stop(Kinematics& arm, int first, double duration, Plan& plan) {
     leans[t] =
         sine > 1e-9 ? Eigen::Vector2d(std::atan2(sine, axis.z()) / sine * about.head<2>()) : Eigen::Vector2d::Zero();
   }
-  const JointVector rest = dq0 - velocities(J, twist);  // null-space motion: the tools do not move
+  const JointVector rest = dq0 - velocities(J, by_others);  // null-space motion: the tools do not move
   for (int k = 0; k < count; ++k) {
     const double s = (k + 1.0) / count, share = k + 1 < count ? (1.0 - s) * (1.0 - s) * (1.0 + 2.0 * s) : 0.0;
     const StateVector& x = plan.x[first + k];
     const JointVector q = x.head(n), dq = x.tail(n);
     JointVector next = dq;
+    for (int j = 0; j < n; ++j) {
+      const double step = given[j] ? dt * std::abs(plan.u[0][j]) : 0.0;
+      next[j] -= std::clamp(dq[j], -step, step);
+    }
+    const JointVector braked = next;
     for (int round = 0; round < 2 && share > 0.0; ++round) {
       arm.set_position(q + 0.5 * dt * (dq + next));
       Twists now = share * twist;  // the tilt goes from its angle and rate to zero
@@ -61,7 +79,11 @@ bool make_level_stop(Kinematics& arm, int first, double duration, Plan& plan) {
         now.segment<2>(tilt) =
             (s * s - s) * 6.0 / (count * dt) * leans[t] + (1.0 - 4.0 * s + 3.0 * s * s) * twist.segment<2>(tilt);
       }
-      next = velocities(jacobian(arm), now) + share * rest;
+      Jacobian J_now = jacobian(arm);
+      now -= moved_by(given, braked, J_now);
+      next = velocities(J_now, now) + share * rest;
+      for (int j = 0; j < n; ++j)
+        if (given[j]) next[j] = braked[j];
     }
     if (share == 0.0) next.setZero();
     plan.u[first + k] = (next - dq) / dt;

@@ -14,6 +14,7 @@
 #include "steadyhand/planning/plan/level_stop.hpp"
 #include "steadyhand/planning/plan/liquid_estimate.hpp"
 #include "steadyhand/planning/plan/obstacle_rows.hpp"
+#include "steadyhand/planning/plan/straight_stop.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/warm_start.hpp"
 
@@ -244,6 +245,8 @@ Status Planner::set_glass(const GlassSettings& glass, int tool) {
   return Done{};
 }
 
+void Planner::set_given(JointSet joints) { instance_.given = joints & (JointSet().set() >> (kMaxJoints - ocp_.dof())); }
+
 Status Planner::set_obstacles(const Obstacles& obstacles) {
   if (Status s = check(obstacles); !s) return s.error();
   if (obstacles.count > 0 && ocp_.obstacle_rows() == 0) {
@@ -262,6 +265,10 @@ const Plan& Planner::update(const Reference& reference) {
   const JointCommand now = sample(plan_, reference.start);
   instance_.x0.resize(2 * ocp_.dof());
   instance_.x0 << now.q, now.dq;
+  for (int j = 0; j < ocp_.dof(); ++j) {
+    double& speed = instance_.x0[ocp_.dof() + j];
+    if (instance_.given[j] && std::abs(speed) < kStill) speed = 0.0;
+  }
   instance_.u_followed = sample(plan_, reference.start - Time(1)).ddq;
   instance_.reference = reference;
   for (std::size_t t = 0; t < liquids_.size(); ++t) {
@@ -272,6 +279,7 @@ const Plan& Planner::update(const Reference& reference) {
   if (!liquids_.empty()) draw_near(now.q, kinematics_, ocp_, instance_);
   set_clearance(reference.start);
   warm_start_->shift(instance_.x0, reference.start);
+  warm_start_->stop(instance_.given);
   obstacle_rows_->choose(settings_.obstacles, reference.start, kinematics_, *warm_start_, instance_);
   try {
     solver_->solve(instance_, warm_start_->guess(), warm_start_->multipliers(), settings_.budget, solution_);
@@ -367,7 +375,8 @@ void Planner::find_level_plan(const Reference& reference) {
   for (const Liquid& liquid : liquids_) longest_period = std::max(longest_period, liquid.estimate->period());
   const auto make = [&](int intervals, double periods) {
     make_plan(reference, intervals);
-    if (periods > 0.0) return make_level_stop(kinematics_, intervals, periods * longest_period, candidate_);
+    if (periods > 0.0)
+      return make_level_stop(kinematics_, intervals, periods * longest_period, instance_.given, candidate_);
     make_stop(intervals, Braking::kEven);
     return true;
   };
@@ -436,24 +445,23 @@ void Planner::make_plan(const Reference& reference, int intervals) {
 }
 
 /// After the first intervals all joints brake. kEven: all in the time that the slowest to stop needs, except joints
-/// that would pass a position limit and brake sooner. kHard: each brakes as hard as it can.
+/// that would pass a position limit and brake sooner, and given ones, which continue to brake as they began. kHard: each
+/// brakes as hard as it can.
 void Planner::make_stop(int intervals, Braking braking) {
   const int n = ocp_.dof();
   const double dt = ocp_.dt();
   const RobotModel& model = ocp_.model();
-  const JointVector position = candidate_.x[intervals].head(n), velocity = candidate_.x[intervals].tail(n);
+  const StateVector from = candidate_.x[intervals];
+  const JointVector velocity = from.tail(n);
   const JointVector times = velocity.cwiseAbs().cwiseQuotient(model.acceleration_max);  // s, of the hardest braking
   const auto whole = [](double count) { return static_cast<int>(std::ceil(count - 1e-9)); };
   const int stop = std::min(whole(times.maxCoeff() / dt), Plan::kMaxIntervals - intervals);
   candidate_.intervals = intervals + stop;
   JointVector steps(n);  // rad/s, by which a joint's speed falls in an interval
   for (int j = 0; j < n; ++j) {
-    const double speed = std::abs(velocity[j]);
-    const double room = velocity[j] > 0.0 ? model.position_max[j] - position[j] : position[j] - model.position_min[j];
-    // In m intervals of constant deceleration it goes speed * m * dt / 2.
-    const int most = static_cast<int>(std::min<double>(stop, 2.0 * room / std::max(speed * dt, 1e-12)));
-    const bool evenly = braking == Braking::kEven && most * dt >= times[j] && most > 0;
-    steps[j] = evenly ? speed / most : model.acceleration_max[j] * dt;
+    steps[j] = braking == Braking::kHard ? model.acceleration_max[j] * dt
+               : instance_.given[j]      ? std::abs(candidate_.u[0][j]) * dt
+                                         : braking_step(model, j, from[j], from[n + j], stop, dt);
   }
   for (int k = intervals; k < intervals + stop; ++k) {
     const JointVector left = candidate_.x[k].tail(n);

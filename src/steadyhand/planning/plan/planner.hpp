@@ -69,6 +69,10 @@ class Planner {
   void set_weights(std::span<const JointVector> weights);
   static constexpr double kLeastDamping = 0.02;  ///< s/rad^2
 
+  /// Joints that the next plans only stop: in the fewest whole intervals, evenly. One that is stationary does not move
+  /// at all. The others are planned for as before. Default: none.
+  void set_given(JointSet joints);
+
   /// Obstacles for the next plans. Fails, and changes nothing, on invalid obstacles, and on any obstacle if the
   /// problem has no rows for them (OcpSettings::obstacle_rows).
   Status set_obstacles(const Obstacles& obstacles);

@@ -16,6 +16,14 @@ double stop_time(const RobotModel& model, const JointVector& dq) {
   return (dq.cwiseAbs().array() / model.acceleration_max.array()).maxCoeff();
 }
 
+double braking_step(const RobotModel& model, int j, double q, double dq, int intervals, double dt) {
+  const double speed = std::abs(dq), hardest = model.acceleration_max[j] * dt;
+  const double room = dq > 0.0 ? model.position_max[j] - q : q - model.position_min[j];
+  // In m intervals of constant deceleration it goes speed * m * dt / 2.
+  const int most = static_cast<int>(std::min<double>(intervals, 2.0 * room / std::max(speed * dt, 1e-12)));
+  return most > 0 && most * dt >= speed / model.acceleration_max[j] ? speed / most : hardest;
+}
+
 JointVector straight_stop_at(const RobotModel& model, const JointVector& q, const JointVector& dq, double t) {
   const double time = stop_time(model, dq), braking = std::min(t, time);
   return time > 0.0 ? JointVector(q + braking * (1.0 - 0.5 * braking / time) * dq) : q;

@@ -8,6 +8,10 @@ namespace steadyhand {
 /// Shortest time in which all joints can stop from these velocities, s.
 double stop_time(const RobotModel& model, const JointVector& dq);
 
+/// rad/s (m/s), by which the speed of joint j falls in each of `intervals` of dt (s) if it brakes evenly, or in fewer
+/// intervals if it would pass a position limit. If even these are too many: as much as its acceleration limit allows.
+double braking_step(const RobotModel& model, int j, double q, double dq, int intervals, double dt);
+
 /// Where the joints are t (s) after they began to brake evenly, in stop_time(), from a position and velocity.
 JointVector straight_stop_at(const RobotModel& model, const JointVector& q, const JointVector& dq, double t);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/planning/plan/straight_stop.hpp"
+
 namespace steadyhand {
 
 WarmStart::WarmStart(const Ocp& ocp) : ocp_(ocp), last_(ocp.dof(), ocp.horizon()), guess_(last_) {
@@ -46,6 +48,25 @@ void WarmStart::shift(const StateVector& x0, Time start) {
     guess_.x[k + 1] = ocp_.next(guess_.x[k], guess_.u[k]);
   }
   if (known_) shift_multipliers(shift / dt);
+}
+
+void WarmStart::stop(JointSet joints) {
+  const RobotModel& model = ocp_.model();
+  const int n = ocp_.dof();
+  const double dt = ocp_.dt();
+  for (int j = 0; j < n; ++j) {
+    if (!joints[j]) continue;
+    const double speed = guess_.x[0][n + j], shortest = std::abs(speed) / model.acceleration_max[j];
+    const int intervals = std::max(1, static_cast<int>(std::ceil(shortest / dt - 1e-9)));
+    const double step = braking_step(model, j, guess_.x[0][j], speed, intervals, dt);
+    double left = speed;
+    for (JointVector& u : guess_.u) {
+      u[j] = std::abs(left) < kStill ? 0.0 : -std::clamp(left, -step, step) / dt;
+      left += dt * u[j];
+    }
+  }
+  if (joints.none()) return;
+  for (int k = 0; k < ocp_.horizon(); ++k) guess_.x[k + 1] = ocp_.next(guess_.x[k], guess_.u[k]);
 }
 
 /// Interpolates the multipliers linearly between nodes; after the last node its multipliers are used.

@@ -4,6 +4,8 @@
 
 namespace steadyhand {
 
+inline constexpr double kStill = 1e-9;  ///< rad/s (m/s)
+
 /// The last solution as the start of the next solve, which begins any time later: accelerations and multipliers
 /// shifted by that time. The constructor allocates all memory. The Ocp must outlive it.
 class WarmStart {
@@ -18,6 +20,10 @@ class WarmStart {
   /// Makes guess() and multipliers() for a problem that starts at x0 at time `start`; what was before the last solution
   /// is taken for its first node.
   void shift(const StateVector& x0, Time start);
+
+  /// Joints of guess() that stop instead, evenly in the fewest whole intervals, or as hard as they can if they would
+  /// pass a position limit. Below kStill they count as stationary.
+  void stop(JointSet joints);
 
   /// The row now has another meaning: discards its multipliers from shift().
   void forget(int constraint, int row);
