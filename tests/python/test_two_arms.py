@@ -106,9 +106,33 @@ def test_arms_keep_apart_where_hands_meet_as_fatrop_finds(robot, tmp_path):
     assert nearest < 1e-3  # or nothing would have held them apart
 
 
+@pytest.mark.parametrize("name", ["two_ur5e", "tiago_pro"])
+def test_given_joints_keep_still_as_fatrop_finds(tmp_path, name):
+    robot = json.loads(run("describe", name).stdout)
+    chain, link = [], robot["tools"][1]["link"]
+    while link > 0 and len(chain) < 6:
+        chain.append(link - 1)
+        link = robot["joints"][link - 1]["parent"]
+    problems = hands_that_meet(robot, 6)
+    for problem in problems:
+        problem["given"] = sorted(chain)
+    ours, reference = (solve(problems, tmp_path / "p.json", "--solver", name) for name in ("realtime", "fatrop"))
+    compared = 0
+    for problem, mine, theirs in zip(problems, ours, reference, strict=True):
+        assert mine["status"] == "solved"
+        assert not np.array(mine["u"])[:, chain].any() and not np.array(theirs["u"])[:, chain].any()
+        assert np.array(mine["u"]).any()
+        assert all(x[j] == problem["x0"][j] for x in mine["x"] for j in chain)
+        if theirs["status"] == "solved":
+            assert mine["objective"] == pytest.approx(theirs["objective"], rel=1e-5)
+            compared += 1
+    assert compared >= 4
+
+
 @pytest.mark.parametrize(
     "change, says",
     [
+        (lambda p: p.update(given=[12]), "'given[0]' must be within 0 and 11, not 12"),
         (lambda p: p.update(robot="ur5e", x0=[0] * 12), "has references for 2 tools; robot 'ur5e' has 1"),
         (lambda p: p.update(p["tools"].pop()), "'tools' has 1 entries; it must have 2"),
         (lambda p: p["weights"].update(position=[1, 2]), "'position' has 2 numbers, it needs 1 or 6"),

@@ -121,6 +121,28 @@ TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
   EXPECT_EQ(message("fill", 0.06), "problem: 'u_followed' has 1 entries; it must have 6");
 }
 
+TEST(ProblemJson, GivenJointsAreIndices) {
+  Json json = good_problem();
+  const auto message = [&](const Json& given) {
+    json["given"] = given;
+    const auto result = parse_problems(json.dump(), "");
+    return result ? result->problems[0].given.to_string().substr(kMaxJoints - 2) : result.error().message;
+  };
+  EXPECT_EQ(message(Json::array()), "00");
+  EXPECT_EQ(message({1}), "10");
+  EXPECT_EQ(message({1, 0}), "11");
+  EXPECT_EQ(message({1, 1}), "problem: 'given' has joint 1 twice");
+  EXPECT_EQ(message({2}), "problem: 'given[0]' must be within 0 and 1, not 2");
+  EXPECT_EQ(message({-1}), "problem: 'given[0]' must be within 0 and 1, not -1");
+  EXPECT_EQ(message({0.5}), "problem: 'given[0]' must be a whole number, not 0.5");
+  EXPECT_EQ(message("all"), "problem: 'given' must be a list of entries, not \"all\"");
+
+  json["given"] = {1};
+  const auto path = write("");
+  ASSERT_TRUE(write_problems(parse_problems(json.dump(), "")->problems, path));
+  EXPECT_EQ(Json::parse(std::ifstream(path))[0]["given"], Json({1}));
+}
+
 TEST(ProblemJson, EachOfTwoToolsHasItsPart) {
   std::mt19937 random(3);
   const RobotModel model = random_tree(1, 3, 4, random);

@@ -198,6 +198,21 @@ static std::string fault_of(const std::vector<ToolNote>& tools, int horizon) {
 }
 
 template <typename V>
+void describe_given(V& v, JointSet& given, std::size_t joints) {
+  std::vector<int> list;
+  for (int j = 0; j < kMaxJoints; ++j)
+    if (given[j]) list.push_back(j);
+  if (!kWrites<V> || !list.empty())
+    v.add("given", "", "", list, within(0, static_cast<double>(joints) - 1.0).sized(0, joints).or_absent());
+  if constexpr (kReads<V>) {
+    for (std::size_t i = 0; i < list.size() && !v.error(); ++i) {
+      v.check(!given[list[i]], fmt::format("'given' has joint {} twice", list[i]));
+      given.set(list[i]);
+    }
+  }
+}
+
+template <typename V>
 void describe(V& v, ProblemRecord& problem) {
   v.add("robot", "", "", problem.robot);
   v.add("dt", "s", "", problem.dt, above(0.0));
@@ -232,6 +247,7 @@ void describe(V& v, ProblemRecord& problem) {
   if (problem.held) held = note_of(problem.held->p, problem.held->R);
   v.add("held", "", "", held);
   v.add("liquid", "", "", only.liquid);
+  describe_given(v, problem.given, joints);
   v.add("guess", "", "", problem.guess, kWrites<V> ? kOrAbsent : kOrNull.or_absent());
   if constexpr (kReads<V>) {
     v.check(!only.reference.empty() || !several.empty(), "'reference' is missing");
@@ -308,6 +324,7 @@ ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Traje
     if (objective->name() == "relative_pose") record.held = instance.held;
   }
   record.clearance = instance.clearance;
+  record.given = instance.given;
   record.tools = ocp.tool_count();
   for (int t = 0; ocp.liquid() && t < ocp.tool_count(); ++t) {
     const LiquidInstance& liquid = instance.liquid[t];

@@ -34,6 +34,7 @@ struct ProblemRecord {
   JointVector u_followed;                       ///< rad/s^2, as OcpInstance has it
   double clearance = 0.0;                       ///< m, the same
   std::optional<ReferencePoseOf<double>> held;  ///< the same
+  JointSet given;                               ///< the same
   int tools = 1;                                ///< how many have a reference
   std::vector<LiquidRecord> liquid;             ///< of each tool, or none
   std::optional<Trajectory> guess;

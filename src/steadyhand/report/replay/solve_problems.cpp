@@ -77,6 +77,7 @@ Status solve(PreparedSolver& prepared, const ProblemRecord& problem) {
   instance.near.resize(ocp.obstacle_rows());
   instance.u_followed = problem.u_followed;
   instance.clearance = problem.clearance;
+  instance.given = problem.given;
   if (problem.held) instance.held = *problem.held;
   for (std::size_t t = 0; t < problem.liquid.size(); ++t) {
     const auto& [settings, counts, room, state] = problem.liquid[t];
