@@ -57,7 +57,8 @@ TEST(Given, StaysAsItIsAndTheRestIsSolvedForAsByAnySolver) {
       for (int trial = 0; trial < 3; ++trial, ++problems) {
         problem.draw(0.3, liquid ? 0.5 : 0.8);
         const JointSet some = JointSet(problem.random()) & joints(0, problem.model.dof());
-        move_given(problem, trial % 2 ? joints(shared, shared + left) : some);
+        const JointSet arm = joints(trial == 1 ? shared : 0, shared + left);
+        move_given(problem, trial == 0 ? some : arm);
         double objective = NAN;
         for (std::size_t i = 0; i < solvers.size(); ++i) {
           solvers[i]->solve(problem.instance, problem.guess, nullptr, {}, problem.solution);

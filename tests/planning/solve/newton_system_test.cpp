@@ -104,7 +104,11 @@ TEST(NewtonSystem, SeesWhatCouplesArms) {
     EXPECT_TRUE(newton.couples(H)) << i << ", " << j;
     H(i, j) = 0.0;
   }
-  EXPECT_FALSE(NewtonSystem(RandomProblem(1, 2, 3, 1).ocp).is_separate());
+  const RandomProblem shared(1, 2, 3, 1);
+  NewtonSystem with_torso(shared.ocp);
+  EXPECT_FALSE(with_torso.is_separate());
+  with_torso.set_given(JointSet().set(0));
+  EXPECT_TRUE(with_torso.is_separate());
 }
 
 }  // namespace

@@ -329,11 +329,9 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
   for (int t = 0; slosh_.counts && t < ocp_.tool_count(); ++t) steps[t] = evaluation_.slosh_steps(t).data();
   newton.set_sources(steps, model_.hessian, model_.gradient, slosh_.hessian);
   newton.set_given(given_);
-  bool coupled = false;
   for (int b = 0; b < evaluation_.batches(); ++b) {
     find_model(b, curvature, damping);
-    coupled = coupled || newton.couples(model_.hessian);
-    if (coupled && newton.is_separate()) {  // begins again
+    if (newton.is_separate() && newton.couples(model_.hessian)) {  // begins again
       newton.separate(false);
       b = -1;
     } else {

@@ -6,18 +6,20 @@ namespace steadyhand::realtime {
 
 namespace {
 
-/// The arms of a robot, if they share no joint and each one's joints are side by side; else none.
+/// The joints that move only one tool, of each, if they are side by side; else none.
 std::vector<JointRange> separate_arms(const RobotModel& model) {
+  std::vector<int> tools(model.dof(), 0);  // how many a joint moves
+  for (const Tool& tool : model.tools)
+    for (const int k : model.chain(tool.link)) ++tools[k];
   std::vector<JointRange> arms;
-  int next = 0;
-  for (int t = 0; t < model.tool_count(); ++t) {
-    const std::vector<int> chain = model.chain(model.tools[t].link);
-    const int dof = static_cast<int>(chain.size());
-    if (chain.front() != next || chain.back() != next + dof - 1) return {};
-    arms.push_back({next, dof, t, 1});
-    next += dof;
+  for (int t = 0; model.tool_count() > 1 && t < model.tool_count(); ++t) {
+    std::vector<int> own = model.chain(model.tools[t].link);
+    std::erase_if(own, [&](int k) { return tools[k] > 1; });
+    const int dof = static_cast<int>(own.size());
+    if (dof == 0 || own.back() != own.front() + dof - 1) return {};
+    arms.push_back({own.front(), dof, t, 1});
   }
-  return next == model.dof() && arms.size() > 1 ? arms : std::vector<JointRange>{};
+  return arms;
 }
 
 }  // namespace
@@ -29,7 +31,9 @@ NewtonSystem::NewtonSystem(const Ocp& ocp) {
   };
   add({0, ocp.dof(), 0, ocp.tool_count()});
   for (const JointRange& arm : separate_arms(ocp.model())) add(arm);
-  separate(true);
+  shared_ = parts_[0].joints;
+  for (const Part& part : std::span(parts_).subspan(1)) shared_ &= ~part.joints;
+  set_given({});
 }
 
 void NewtonSystem::set_sources(const Riccati::Steps& steps, const NodeHessianOf<Lanes>& H,
@@ -45,6 +49,7 @@ void NewtonSystem::set_sources(const Riccati::Steps& steps, const NodeHessianOf<
 }
 
 void NewtonSystem::set_given(JointSet given) {
+  shared_moves_ = (shared_ & ~given).any();
   for (Part& part : parts_) part.is_given = (part.joints & ~given).none();
 }
 
@@ -75,6 +80,9 @@ void NewtonSystem::solve(NodeTable& step) {
     }
     for (const int i : part.riccati.entries()) std::fill_n(step[i], step.batches(), Lanes(0.0));
   }
+  const int n = parts_[0].riccati.joints().dof;
+  for (int i = 0; is_separate() && i < 3 * n; ++i)
+    if (shared_[i % n]) std::fill_n(step[i], step.batches(), Lanes(0.0));
 }
 
 }  // namespace steadyhand::realtime
