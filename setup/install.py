@@ -57,8 +57,8 @@ ASKS = {
     "CAMERA": r"(^|\.)camera",
     "FIT": r"(^|\.)tip=|\.(urdf|xacro)$",
     "MUJOCO": r"(^|\.)(arm|kind)=mujoco$|(^|\.)task=(?!none$|$)",
-    "ROS2": r"(^|\.)(arm|kind)=ros2$|(^|\.)ros2\.",
-    "UR": r"(^|\.)(arm|kind)=ur$",
+    "ROS2": r"(^|\.)(arm|kind)=ros2$|^arm=.*=ros2|(^|\.)ros2\.",
+    "UR": r"(^|\.)(arm|kind)=ur$|^arm=.*=ur:",
 }
 LISTS = {"format=rerun$": "requirements-rerun.txt", "ray=": "requirements-ray.txt", "dataset=": "requirements-dataset.txt"}
 

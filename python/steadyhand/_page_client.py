@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-PROTOCOL_VERSION = 2
+PROTOCOL_VERSION = 3
 PING_EVERY = 0.3  # s
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._arrays import Array, array, flag, number
+from ._arrays import Array, array, flag, flags, number
 from ._cell import CellLike, as_cell
 from ._documented import document
 from ._glass import GlassLike, glass_of
@@ -108,6 +108,13 @@ class _Stages:
         """s, length of an interval."""
         return self._stages.dt
 
+    def _of_tools(self, name: str, value: ArrayLike, *rows: int) -> Array:
+        """Poses of all tools, one after another; a robot with one needs no axis for it."""
+        tools = self.robot.tool_count
+        shape = (*rows, 4, 4) if tools == 1 else (tools, *rows, 4, 4)
+        what = ("a pose for each node of the horizon" if rows else "") + (f"{' of ' if rows else 'a pose for '}each tool: {', '.join(self.robot.tool_names)}" if tools > 1 else "")
+        return array(name, value, shape, what=what).reshape(-1, 4, 4)
+
     @property
     def weights(self) -> dict[str, Array]:
         """Current weights: for each term, by name, one entry per weight. `velocity` is at least 0.02."""
@@ -152,8 +159,8 @@ def _make(
 
 
 class Planner(_Stages):
-    """Receding-horizon planner: each call makes a joint trajectory whose tool follows a target, within joint limits and without
-    collisions. It assumes that the arm follows its plans exactly, and is at home before the first.
+    """Receding-horizon planner: each call makes a joint trajectory whose tool follows a target, or whose tools follow one each,
+    within joint limits and without collisions. It assumes that the arm follows its plans exactly, and is at home before the first.
 
     robot: a Robot, or an argument of Robot(). profile: "tracking", "anti-slosh", "waiter", "carry", "follow", or the path of a
     profile file (docs/reference/profiles.md). The following arguments replace values of the profile:
@@ -200,13 +207,14 @@ class Planner(_Stages):
         )  # fmt: skip
         self._stages = _make(self.robot, profile, given, objectives, cell)
 
-    def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> Plan:
+    def update(self, T_base_tool: ArrayLike, t: float, engaged: ArrayLike = True) -> Plan:
         """Makes the plan from time t on.
 
-        T_base_tool: (4, 4), the target of the tool at time t, in the base frame; position in m. The planner predicts that the target
-        continues at the velocity of the last targets (docs/explanation/formulation.md), within the arm's reach.
+        T_base_tool: (4, 4), the target of the tool at time t, in the base frame; position in m. Robots with two tools: (2, 4, 4), or
+        a list of two. The planner predicts that the target continues at the velocity of the last targets
+        (docs/explanation/formulation.md), within the arm's reach.
         t: s, on your clock; must not go back.
-        engaged: False: the target is at rest, and its earlier motion is discarded.
+        engaged: False: the target is at rest, and its earlier motion is discarded. One for all tools, or one for each.
 
         Raises ValueError for a wrong shape, numbers that are not finite, a matrix that is not a pose, or a time that goes back.
         Python's lock is released during planning. Two threads must not use one planner at a time (SteadyhandError).
@@ -214,9 +222,11 @@ class Planner(_Stages):
         self.aim(T_base_tool, t, engaged)
         return self.plan(t)
 
-    def aim(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> None:
+    def aim(self, T_base_tool: ArrayLike, t: float, engaged: ArrayLike = True) -> None:
         """Adds a target without making a plan, for targets that come more often than plans. Arguments as update()."""
-        self._stages.aim(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), flag("engaged", engaged))
+        tools = self.robot.tool_count
+        follow = [flag("engaged", engaged)] * tools if np.ndim(engaged) == 0 else flags("engaged", engaged, tools, "one for each tool").tolist()
+        self._stages.aim(self._of_tools("T_base_tool", T_base_tool), number("t", t, "seconds"), follow)
 
     def plan(self, t: float) -> Plan:
         """Makes the plan from time t on, after targets from aim(). t: s; must not go back. Without targets the arm stays at rest."""
@@ -225,10 +235,10 @@ class Planner(_Stages):
     def follow(self, T_base_tool: ArrayLike, t: float) -> Plan:
         """Makes the plan from time t on, with your own prediction instead of a target.
 
-        T_base_tool: (N, 4, 4), target poses at t + dt, ..., t + N dt in the base frame, position in m; N = horizon. t: s; must not
-        go back. Raises as update().
+        T_base_tool: (N, 4, 4), target poses at t + dt, ..., t + N dt in the base frame, position in m; N = horizon. Robots with two
+        tools: (2, N, 4, 4). t: s; must not go back. Raises as update().
         """
-        reference = array("T_base_tool", T_base_tool, (self.horizon, 4, 4), what="a pose for each node of the horizon")
+        reference = self._of_tools("T_base_tool", T_base_tool, self.horizon)
         return self._plan(self._stages.follow(reference, number("t", t, "seconds")))
 
 
@@ -277,13 +287,14 @@ class Pipeline(_Stages):
         )  # fmt: skip
         self._stages = _make(self.robot, profile, given, objectives, cell)
 
-    def feed(self, T_operator_hand: ArrayLike, t: float, clutch: bool = True) -> None:
-        """Adds the hand's pose at time t. The arm is engaged while the clutch is closed.
+    def feed(self, T_operator_hand: ArrayLike, t: float, clutch: bool = True, tool: int = 0) -> None:
+        """Adds the hand's pose at time t. The tool that it moves is engaged while the clutch is closed.
 
         T_operator_hand: (4, 4), in the operator frame with robot axes (x forward, y left, z up), m. t: s, on the clock of update().
+        tool: index of the tool that this hand moves; each tool has its own hand. A tool that never had one stays where it is.
         Raises ValueError for a wrong shape, numbers that are not finite, or a matrix that is not a pose; then nothing changes.
         """
-        self._stages.feed(array("T_operator_hand", T_operator_hand, (4, 4)), number("t", t, "seconds"), flag("clutch", clutch))
+        self._stages.feed(array("T_operator_hand", T_operator_hand, (4, 4)), number("t", t, "seconds"), flag("clutch", clutch), self.robot._tool(tool))
 
     def update(self, t: float) -> tuple[Array, Array, Array]:
         """Joint command at time t: q, dq, ddq, (n,) each, rad, rad/s, rad/s^2 (m, ...). If the last plan is older than a period of
@@ -298,13 +309,15 @@ class Pipeline(_Stages):
 
     @property
     def target(self) -> Array:
-        """Target T_base_tool (4, 4) of the newest pose of the hand; m."""
-        return self._stages.target[0]
+        """Target T_base_tool (4, 4) of the newest pose of the hand; m. Robots with two tools: (2, 4, 4)."""
+        targets = [self._stages.target(tool)[0] for tool in range(self.robot.tool_count)]
+        return targets[0] if len(targets) == 1 else np.array(targets)
 
     @property
-    def engaged(self) -> bool:
-        """Whether the arm follows the hand."""
-        return self._stages.target[1]
+    def engaged(self) -> bool | tuple[bool, ...]:
+        """Whether the arm follows the hand. Robots with two tools: one for each."""
+        engaged = tuple(bool(self._stages.target(tool)[1]) for tool in range(self.robot.tool_count))
+        return engaged[0] if len(engaged) == 1 else engaged
 
     def set_tilt(self, tilt: float) -> None:
         """Sets how far the glass may lean with the hand, rad: 0 is upright, pi is as the hand leans. The target turns there at 1 rad/s."""

@@ -39,11 +39,14 @@ class Hand:
     """(m,), text: source of the pose: "person", "recording" (playback) or "policy" (its poses are those of the tool in the base)."""
     intervention: np.ndarray | None = None
     """(m,), bool: a person controls the arm during a policy's turn."""
+    tool: np.ndarray | None = None
+    """(m,), int: index of the tool that the hand moves; None: 0. Times of one hand increase, those of all never go back."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Figures of m planning steps."""
+    """Figures of m planning steps. Of robots with two tools, arrays of a tool have an axis for it: T_base_target is
+    (m, 2, 4, 4), local_acceleration (m, 2, 3), engaged (m, 2)."""
 
     t: Array
     """(m,), s."""
@@ -90,7 +93,7 @@ class Commands:
     ddq: Array
     """(m, n), rad/s^2 (m/s^2)."""
     gripper: Array
-    """(m,), 0 open to 1 closed; NaN: the arm has none."""
+    """(m,), 0 open to 1 closed; NaN: the arm has none. Robots with two tools: (m, 2)."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,7 @@ class States:
     dq: Array
     """(m, n), rad/s (m/s)."""
     gripper: Array
-    """(m,), 0 open to 1 closed; NaN: the arm has none."""
+    """(m,), 0 open to 1 closed; NaN: the arm has none. Robots with two tools: (m, 2)."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,8 @@ class Change:
     before: str
     """State before the change."""
     reason: str
+    tool: int = 0
+    """Index of the tool; a change of the whole robot comes for each."""
 
 
 @dataclass(frozen=True)
@@ -208,6 +213,8 @@ class Session:
     metadata: dict[str, dict[str, str]]
     """"run": the settings; "robot": the robot as JSON."""
     joint_names: tuple[str, ...]
+    tool_names: tuple[str, ...]
+    """One for each arm; empty: one, whose name is not recorded."""
     joint_units: tuple[str, ...]
     velocity_max: Array
     acceleration_max: Array
@@ -225,7 +232,7 @@ class Session:
 
 
 def _hand(columns: dict[str, Any]) -> Hand:
-    return Hand(columns["t"], columns["T_operator_hand"], columns["clutch"] != 0, columns["tracked"] != 0, columns["gripper"], np.array(columns["leader"], dtype="U9"), columns["intervention"] != 0)
+    return Hand(columns["t"], columns["T_operator_hand"], columns["clutch"] != 0, columns["tracked"] != 0, columns["gripper"], np.array(columns["leader"], dtype="U9"), columns["intervention"] != 0, columns["tool"].astype(int))
 
 
 def _steps(columns: dict[str, Any]) -> Steps:
@@ -255,15 +262,16 @@ def _scenes(columns: dict[str, Any], metadata: dict[str, dict[str, str]]) -> Sce
 
 
 def _from_arrays(recording: Any) -> Any:
-    if not isinstance(recording, (tuple, list)) or len(recording) not in (2, 3):
+    if not isinstance(recording, (tuple, list)) or len(recording) not in (2, 3, 4):
         raise TypeError(
-            "recording must be the path of a file, a Hand, or arrays (t, T_operator_hand) or (t, T_operator_hand, clutch), not "
-            f"{type(recording).__name__}"
+            "recording must be the path of a file, a Hand, or arrays (t, T_operator_hand) or (t, T_operator_hand, clutch), with two "
+            f"hands (t, T_operator_hand, clutch, tool), not {type(recording).__name__}"
         )
     t = array("t", recording[0], ("m",), what="times in s")
     T = array("T_operator_hand", recording[1], (len(t), 4, 4), what="a pose for each time")
-    clutch = flags("clutch", recording[2], len(t), "one for each time") if len(recording) == 3 else np.ones(len(t), dtype=bool)
-    return _native.make_hand(t, T, clutch.astype(np.float64))
+    clutch = flags("clutch", recording[2], len(t), "one for each time") if len(recording) > 2 else np.ones(len(t), dtype=bool)
+    tool = array("tool", recording[3], (len(t),), what="an index for each time") if len(recording) > 3 else np.zeros(len(t))
+    return _native.make_hand(t, T, clutch.astype(np.float64), tool)
 
 
 def replay(
@@ -289,9 +297,10 @@ def replay(
     """Runs a recorded hand through all stages without an arm, like the command `steadyhand replay`.
 
     recording: the path of a file (CSV, A-Frame motion capture, or the MCAP of a session; the session's profile, rate, scale and yaw
-    are then the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and optionally clutch (m,).
+    are then the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and optionally clutch (m,)
+    and tool (m,), the index of the tool that the hand of each row moves.
     profile: as Planner; default "tracking". rate: Hz, plans per second, 1 to 500; default 20.
-    track: key of the hand in an A-Frame file. start, until: s after the file's first sample. scale to glass: as Pipeline.
+    track: name of the hand in the file; of a robot with two tools one for each, as "lhand,rhand". start, until: s after the file's first sample. scale to glass: as Pipeline.
     weights, objectives: as Planner. cell: a Cell, or an argument of Cell(). Default: the session's cell with its changes, or
     "pedestal" (floor and column) for other recordings.
 
@@ -304,7 +313,7 @@ def replay(
     if isinstance(recording, Hand):
         count = np.size(recording.t)
         held = flags("clutch", recording.clutch, count, "one for each time") & flags("tracked", recording.tracked, count, "one for each time")
-        recording = (recording.t, recording.T_operator_hand, held)
+        recording = (recording.t, recording.T_operator_hand, held, np.zeros(count) if recording.tool is None else recording.tool)
     if isinstance(recording, (str, os.PathLike)):
         end = -1.0 if until is None else number("until", until, "seconds")
         if until is not None and end <= 0.0:
@@ -317,7 +326,7 @@ def replay(
             else:
                 given["cell_fixed"] = True
         else:
-            hand = opened("recording", recording, lambda path: _native.load_hand(path, text("track", track), begin, end))
+            hand = opened("recording", recording, lambda path: _native.load_hand(path, text("track", track), begin, end, list(model.tool_names)))
     else:
         hand = _from_arrays(recording)
     given["cell"] = as_cell("pedestal" if cell is None else cell)._native
@@ -354,17 +363,20 @@ def _session_cell(path: Any) -> str | None:
     return name if name == "none" or name in _native.names_in("cells") else None
 
 
-def read_recording(path: str | os.PathLike[str], *, track: str = "", start: float = 0.0, until: float | None = None) -> Hand:
+def read_recording(
+    path: str | os.PathLike[str], *, track: str = "", start: float = 0.0, until: float | None = None, robot: Robot | str | os.PathLike[str] | None = None
+) -> Hand:  # fmt: skip
     """Reads a recorded hand (docs/reference/recordings.md) in robot axes. At implausible jumps the clutch is open.
 
-    track: key of the hand in an A-Frame file. start, until: s after the file's first sample. Raises SteadyhandError for an invalid
+    track: name of the hand in the file. robot: whose tools the hands move; of one with two, both hands are read, and track names
+    one for each, as "lhand,rhand". start, until: s after the file's first sample. Raises SteadyhandError for an invalid
     file, with line or key, value and valid values; FileNotFoundError for a path that does not exist.
     """
     end = -1.0 if until is None else number("until", until, "seconds")
     if until is not None and end <= 0.0:
         raise ValueError(f"until is {end:g} s; it must be above 0")
     begin = number("start", start, "seconds")
-    return _hand(opened("recording", path, lambda name: _native.load_hand(name, text("track", track), begin, end)).columns)
+    return _hand(opened("recording", path, lambda name: _native.load_hand(name, text("track", track), begin, end, [] if robot is None else list(as_robot(robot).tool_names))).columns)
 
 
 def read_session(path: str | os.PathLike[str]) -> Session:
@@ -379,7 +391,7 @@ def read_session(path: str | os.PathLike[str]) -> Session:
         steps=_steps(answer.pop("steps")),
         commands=Commands(**answer.pop("commands")),
         states=States(**answer.pop("states")),
-        changes=[Change(t, after, before, reason) for t, before, after, reason in answer.pop("changes")],
+        changes=[Change(t, after, before, reason, tool) for t, before, after, reason, tool in answer.pop("changes")],
         settings=[Setting(*setting) for setting in answer.pop("settings")],
         episodes=_episodes(answer.pop("episodes")),
         scenes=_scenes(answer.pop("scenes"), answer["metadata"]),

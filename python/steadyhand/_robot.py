@@ -57,6 +57,8 @@ class Robot:
         """n names, from the base."""
         self.joint_units: tuple[str, ...] = tuple("rad" if joint["type"] == "revolute" else "m" for joint in self.description["joints"])
         """n of "rad" or "m"."""
+        self.tool_names: tuple[str, ...] = tuple(tool["name"] for tool in self.description["tools"])
+        """One for each arm: index k of these is tool k."""
 
         def limit(key: str) -> Array:
             values = np.array(self.description[key], dtype=np.float64)
@@ -81,6 +83,11 @@ class Robot:
         """n, the number of joints."""
         return len(self.joint_names)
 
+    @property
+    def tool_count(self) -> int:
+        """How many tools: one for each arm."""
+        return len(self.tool_names)
+
     def __reduce__(self) -> tuple[type[Robot], tuple[str]]:
         """Pickles the name or path, so that results with a robot can go to files and other processes."""
         return Robot, (self.source,)
@@ -88,21 +95,23 @@ class Robot:
     def __repr__(self) -> str:
         return f"<steadyhand.Robot {self.name!r}, {self.dof} joints, {len(self.description['bodies'])} bodies>"
 
-    def fk(self, q: ArrayLike) -> Array:
+    def fk(self, q: ArrayLike, tool: int = 0) -> Array:
         """Forward kinematics: T_base_tool at q.
 
-        q: (n,), rad (m), or (m, n). Returns (4, 4), or (m, 4, 4); position in m.
+        q: (n,), rad (m), or (m, n). tool: index into tool_names. Returns (4, 4), or (m, 4, 4); position in m.
         """
-        return self._each(self._native.fk, q)
+        tool = self._tool(tool)
+        return self._each(lambda row: self._native.fk(row, tool), q)
 
-    def jacobian(self, q: ArrayLike) -> Array:
+    def jacobian(self, q: ArrayLike, tool: int = 0) -> Array:
         """Jacobian of the tool at q: its twist is jacobian(q) @ dq.
 
         Rows 0 to 2: linear velocity of the tool's origin, m/s. Rows 3 to 5: angular velocity, rad/s. Both are in base axes
         (Pinocchio's LOCAL_WORLD_ALIGNED). Columns: the joints.
-        q: (n,), rad (m), or (m, n). Returns (6, n), or (m, 6, n).
+        q: (n,), rad (m), or (m, n). tool: index into tool_names. Returns (6, n), or (m, 6, n).
         """
-        return self._each(self._native.jacobian, q)
+        tool = self._tool(tool)
+        return self._each(lambda row: self._native.jacobian(row, tool), q)
 
     def clearance(self, q: ArrayLike) -> Any:
         """Smallest distance between the arm's bodies, over all pairs, m. It is negative on overlap, infinite without bodies.
@@ -118,21 +127,30 @@ class Robot:
         """
         return self._each(self._native.body_centers, q)
 
-    def local_acceleration(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
+    def local_acceleration(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, tool: int = 0) -> Array:
         """Specific force R'(p'' + g) at the tool, in the tool frame, m/s^2: the reading of an accelerometer there. It is (0, 0, 9.81)
         at rest and upright.
 
-        q, dq, ddq: (n,), rad, rad/s, rad/s^2 (m, ...), or (m, n). Returns (3,), or (m, 3).
+        q, dq, ddq: (n,), rad, rad/s, rad/s^2 (m, ...), or (m, n). tool: index into tool_names. Returns (3,), or (m, 3).
         """
+        tool = self._tool(tool)
         q = self._joints("q", q)
         dq, ddq = (array(name, value, q.shape, what="as q") for name, value in (("dq", dq), ("ddq", ddq)))
         if q.ndim == 1:
-            return self._native.local_acceleration(q, dq, ddq)
-        return np.array([self._native.local_acceleration(*row) for row in zip(q, dq, ddq)]).reshape(-1, 3)
+            return self._native.local_acceleration(q, dq, ddq, tool)
+        return np.array([self._native.local_acceleration(*row, tool) for row in zip(q, dq, ddq)]).reshape(-1, 3)
 
-    def reach(self) -> tuple[Array, float]:
-        """A ball that contains every reachable tool position: centre (3,) in the base frame, and radius, m. Takes about 50 ms."""
-        return self._native.reach()
+    def reach(self, tool: int = 0) -> tuple[Array, float]:
+        """A ball that contains every reachable position of a tool: centre (3,) in the base frame, and radius, m. Takes about 50 ms."""
+        return self._native.reach(self._tool(tool))
+
+    def _tool(self, tool: int) -> int:
+        """A valid index."""
+        if isinstance(tool, bool) or not isinstance(tool, (int, np.integer)):
+            raise TypeError(f"tool must be an index into {self.tool_names}, not {type(tool).__name__}")
+        if not 0 <= tool < self.tool_count:
+            raise ValueError(f"tool is {tool}; {self.name} has the tools {', '.join(f'{i} ({name})' for i, name in enumerate(self.tool_names))}")
+        return int(tool)
 
     def _joints(self, name: str, value: ArrayLike) -> Array:
         n = self.dof

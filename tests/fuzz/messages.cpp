@@ -39,7 +39,7 @@ class Session {
     require(static_cast<bool>(hub_.prepare()), "random numbers");
     client_ = hub_.join(outbox_, Address{}, now_);
     if (!with_lease) return;
-    receive(R"({"type":"hello","version":2})");
+    receive(R"({"type":"hello","version":3})");
     receive(R"({"type":"pair","code":")" + hub_.code() + R"("})");
     receive(R"({"type":"take"})");
     require(hub_.holder() == client_, "a paired client takes the lease");

@@ -76,7 +76,7 @@ class Demo:
 
 
 class Client:
-    def __init__(self, port, version=2):
+    def __init__(self, port, version=3):
         self.socket = socket.create_connection(("127.0.0.1", port))
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         key = base64.b64encode(os.urandom(16)).decode()

@@ -150,7 +150,7 @@ def test_serves_the_network_over_tls_to_who_knows_the_code(tmp_path):
         with WebSocket(demo, own) as client, WebSocket(demo, own) as other:
             assert client.status == other.status == 101
             for one in (client, other):
-                one.say({"type": "hello", "version": 2})
+                one.say({"type": "hello", "version": 3})
                 one.hear("welcome")
             client.say({"type": "take"})
             assert client.hear("error")["code"] == "unpaired"

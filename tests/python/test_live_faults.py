@@ -67,8 +67,8 @@ def test_of_two_clients_that_want_to_command_one_does(demo):
         second.wait_for("error", code="taken")
         second.sample((0.5, 0.5, 0.5), True)
         first.move(lambda t: (0, 0, 0), 0.1, each=lambda s: commands.append(s))
-    target = commands[0]["target"]["p"]
-    assert all(math.dist(s["target"]["p"], target) < 0.05 for s in commands), "the other's hand moved the target"
+    target = commands[0]["tools"][0]["target"]["p"]
+    assert all(math.dist(s["tools"][0]["target"]["p"], target) < 0.05 for s in commands), "the other's hand moved the target"
     second.send(type="request", kind="stop")  # anybody may stop
     second.wait_for("state", state="stopping")
 

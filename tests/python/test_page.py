@@ -45,7 +45,7 @@ def run(command, environment):
 
 # The headset is emulated by a package, in whichever browser: once is enough.
 @pytest.mark.parametrize("browser, file, only", [
-    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "headset", "first_quest", "data", **SMOKE),
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "headset", "first_quest", "data", "two_arms", **SMOKE),
     *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops"),
 ])
 def test_page_in_a_browser(browser, file, only):

@@ -76,7 +76,7 @@ def give_turn(client):
     client.wait_for("lease", yours=True)
     until(client, "connected", lambda s: s["controls"]["policy"] != "" and s["state"] == "ready")
     client.send(type="request", kind="policy", value=1)
-    until(client, "led", lambda s: s["leader"] == "policy" and s["state"] == "engaged")
+    until(client, "led", lambda s: s["tools"][0]["leader"] == "policy" and s["state"] == "engaged")
 
 
 def test_a_policy_and_a_person_take_turns_and_the_record_says_who_led(tmp_path, file):
@@ -91,10 +91,10 @@ def test_a_policy_and_a_person_take_turns_and_the_record_says_who_led(tmp_path, 
     assert client.state["controls"]["policy"] == "Swings" and client.state["controls"]["policy_turn"]
     client.move(lambda t: (0, 0, 0), 0.1, clutch=False)
     led = []
-    client.move(lambda t: (0, 0, 0.05 * t), 2.0, each=lambda s: led.append(s["leader"]))
+    client.move(lambda t: (0, 0, 0.05 * t), 2.0, each=lambda s: led.append(s["tools"][0]["leader"]))
     assert led[-1] == "person" and led.count("person") > len(led) // 2
     client.move(lambda t: (0, 0, 0.1), 0.1, clutch=False)
-    until(client, "the policy's again", lambda s: s["leader"] == "policy" and s["state"] == "engaged")
+    until(client, "the policy's again", lambda s: s["tools"][0]["leader"] == "policy" and s["state"] == "engaged")
     end = time.monotonic() + 2.0
     while time.monotonic() < end:
         client.messages(0.05)
@@ -109,7 +109,7 @@ def test_a_policy_and_a_person_take_turns_and_the_record_says_who_led(tmp_path, 
     end = time.monotonic() + 1.0
     while time.monotonic() < end:
         client.messages(0.05)
-        assert client.state["leader"] is None, "after a stop it does not go on by itself"
+        assert client.state["tools"][0]["leader"] is None, "after a stop it does not go on by itself"
         client.stay()
     policy.send_signal(signal.SIGINT)
     said, _ = policy.communicate(timeout=PATIENCE)
@@ -173,7 +173,7 @@ def test_the_command_takes_the_arm_where_it_is_told_to(tmp_path, file):
     demo = Demo(tmp_path, "--profile", "tracking")
     watcher = demo.client(pair=False)
     policy = command(f"{file}:Swings", "0.03", "--port", demo.port, "--turn", "--seconds", 4)
-    until(watcher, "led", lambda s: s["leader"] == "policy")
+    until(watcher, "led", lambda s: s["tools"][0]["leader"] == "policy")
     said, wrong = policy.communicate(timeout=PATIENCE)
     assert policy.returncode == 0 and not wrong and "policy leads" in said
     until(watcher, "at rest", lambda s: s["state"] == "ready" and at_rest(s))

@@ -340,7 +340,7 @@ BAD = [
     (lambda: P.Robot(R).jacobian(np.zeros(7)), V, "q has shape (7,)"),
     (lambda: P.Robot(R).clearance([[1, 2], [3]]), V, "q is no array: its rows differ in length"),
     (lambda: P.Robot(R).local_acceleration(np.zeros(6), np.zeros(5), np.zeros(6)), V, "dq has shape (5,); expected (6,), as q"),
-    (lambda: P.Planner(R, "wayter"), S, "'wayter' is neither a file nor one of the names in profiles/: anti-slosh, carry, follow, tracking, waiter"),
+    (lambda: P.Planner(R, "wayter"), S, "'wayter' is neither a file nor one of the names in profiles/: anti-slosh, carry, follow, tracking, tray, waiter"),
     (lambda: P.Planner(R, "my.yaml"), F, "'my.yaml'"),
     (lambda: P.Planner(R, weights={"latral": 1.0}), S, "latral"),
     (lambda: P.Planner(R, weights={"lateral": -1.0}), S, "lateral"),

@@ -278,19 +278,19 @@ def test_a_refill_is_a_full_glass_while_the_arm_goes_on(tmp_path):
     def until(condition, what):
         end = time.monotonic() + 60.0
         while not (client.state and condition(client.state)):
-            assert time.monotonic() < end, (what, client.state and client.state["liquid"])
+            assert time.monotonic() < end, (what, client.state and client.state["tools"][0]["liquid"])
             client.messages(0.05)
             client.stay()
 
     for message in ({"type": "take"}, {"type": "request", "kind": "profile", "text": "tracking"}, {"type": "request", "kind": "playback", "text": "carrying"}):
         client.send(**message)
-    until(lambda state: state["liquid"]["spilled"], "a spill")
+    until(lambda state: state["tools"][0]["liquid"]["spilled"], "a spill")
     level = client.state["controls"]["fill"]
     client.send(type="request", kind="refill", value=level)
     assert "unknown" in client.wait_for("error")["message"], "it has a level of its own already"
     client.send(type="request", kind="refill")
-    until(lambda state: not state["liquid"]["spilled"], "a full glass")
-    assert client.state["liquid"]["spilled_share"] == 0.0 and client.state["controls"]["fill"] == level
+    until(lambda state: not state["tools"][0]["liquid"]["spilled"], "a full glass")
+    assert client.state["tools"][0]["liquid"]["spilled_share"] == 0.0 and client.state["controls"]["fill"] == level
     assert client.state["controls"]["playback"] >= 0, "the motion goes on"
     demo.end()
     (path,) = tmp_path.glob("*.mcap")

@@ -85,6 +85,8 @@ def test_a_command_installs_the_packages_of_what_it_names(words, asked, files):
         ("check --host 10.0.0.1", "UR"),
         ("demo --arm ur --host 10.0.0.1", "UR"),
         ("demo --arm=ros2", "ROS2"),
+        ("demo --arm left=ros2:/left,right=ur:10.0.0.1", "UR ROS2"),
+        ("demo --arm left=sim,right=sim", ""),
         ("demo --set ros2.scene=true planner.rate=50", "ROS2"),
         ("demo --settings hardware.yaml", "UR ROS2"),
         ("demo --set planner.rate=50 arm.kind=mujoco", "MUJOCO"),

@@ -15,6 +15,7 @@ OTHERS = {
     "web/src/descriptions.ts": {"velocity"},
     "web/src/session.ts": {"position", "velocity", "acceleration", "self_collision"},
     "web/src/scene/stage.ts": {"self_collision"},
+    "web/src/input/sides.ts": {"position", "velocity", "acceleration"},
     "web/protocol/schema.json": {"no_spill", "position", "velocity", "acceleration", "self_collision", "lateral"},
     # the term whose pull the planner bounds, the rows that it fills, keys of problems and their obstacles
     "src/steadyhand/planning/plan/planner.cpp": {"position"},

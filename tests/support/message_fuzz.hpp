@@ -16,11 +16,11 @@ class MessageFuzz {
 
   std::string next() {
     static const std::array<std::string, 12> kSeeds = {
-        R"({"type":"hello","version":2})",
+        R"({"type":"hello","version":3})",
         R"({"type":"take"})",
         R"({"type":"release"})",
         R"({"type":"pair","code":"hdkmxcrtbnpq"})",
-        R"({"type":"sample","sequence":3,"t_s":2.5,"p":[0,0,1],"q":[0,0,0,1],"clutch":true,"tracked":true,"emulated":false})",
+        R"({"type":"sample","sequence":3,"t_s":2.5,"p":[0,0,1],"q":[0,0,0,1],"clutch":true,"tracked":true,"emulated":false,"tool":1})",
         R"({"type":"ask"})",
         R"({"type":"answer","grant":false})",
         R"({"type":"request","kind":"stop"})",

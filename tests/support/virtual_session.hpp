@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "steadyhand/arms/driver/simulated_arm.hpp"
 #include "steadyhand/files/config/open.hpp"
@@ -34,6 +35,7 @@ class VirtualSession {
     double first_moves = 0.0, first_speed_scaling = 1.0;
     std::vector<PlanningSettings::Choice> more;
     SolveBudget budget;
+    bool together = true;  ///< see SupervisorSettings
     SimulatedArmSettings arm;
     Obstacles obstacles;  ///< at first
     /// Makes another arm than that.
@@ -69,6 +71,7 @@ class VirtualSession {
     ControlSettings control;
     control.arm_delay = arm_->info().delay;
     control.obstacles = options.obstacles;
+    control.supervisor.together = options.together;
     control_ = std::make_unique<ControlStage>(model_, control, control_side_);
     monitor_ = std::make_unique<Monitor>(model_, GlassSettings{});
     watch(options.obstacles);
@@ -84,6 +87,9 @@ class VirtualSession {
   /// The hand's pose at a time: each 11 ms its sample goes through `channel`, which calls `deliver` for what arrives.
   std::function<Pose(double t)> hand = [](double) { return Pose{}; };
   bool clutch = false;
+  /// The same of a second tool, if the robot has one.
+  std::function<Pose(double t)> second_hand = [](double) { return Pose{}; };
+  bool second_clutch = false;
   std::function<void(OperatorSample)> channel = [this](const OperatorSample& sample) { deliver(sample); };
   bool planner_runs = true;
   /// Called before (true) and after (false) each step of a stage.
@@ -109,11 +115,14 @@ class VirtualSession {
     return condition();
   }
   /// Opens and closes the clutch and waits until the arm follows.
-  bool grip() {
-    clutch = false;
+  bool grip() { return grip(0); }
+  /// The same of the hand of a tool.
+  bool grip(int tool) {
+    bool& closed = tool == 0 ? clutch : second_clutch;
+    closed = false;
     run(0.05);
-    clutch = true;
-    return run_until([&] { return state() == SupervisionState::kEngaged; }, 0.5);
+    closed = true;
+    return run_until([&] { return view.hands[tool].state == SupervisionState::kEngaged; }, 0.5);
   }
   /// Grips with this hand, which moves already, and has the arm follow it for so long.
   void lead(std::function<Pose(double t)> with, double seconds = 0.0) {
@@ -133,9 +142,14 @@ class VirtualSession {
       sample.X_operator_hand = hand(to_seconds(next_sample_));
       sample.clutch = clutch;
       channel(sample);
+      if (model_.tool_count() == 1) continue;
+      sample.tool = 1;
+      sample.X_operator_hand = second_hand(to_seconds(next_sample_));
+      sample.clutch = second_clutch;
+      channel(sample);
     }
-    HandReport report;
-    if (planner_side_.hand.read(report)) control_side_.hand.write(report);
+    PerTool<HandReport> reports;
+    if (planner_side_.hands.read(reports)) control_side_.hands.write(reports);
     if (plan_due_ <= clock_.now() && planner_side_.plan.read(plan_)) control_side_.plan.write(plan_);
     around_control(true);
     const ControlStage::Output& output = control_->step(measured);
@@ -149,9 +163,9 @@ class VirtualSession {
     const JointCommand planned = sample(followed_, output.command.stamp.made);
     EXPECT_TRUE(planned.q == output.command.q && planned.dq == output.command.dq) << to_seconds(now);
     last_command = output.command;
-    if (control_side_.refills != refills_) {
-      refills_ = control_side_.refills;
-      refill();
+    for (int t = 0; t < model_.tool_count(); ++t) {
+      const std::uint64_t refills = control_side_.refills[t];
+      if (std::exchange(refills_[t], refills) != refills) refill(t);
     }
     JointCommand moved;
     while (control_side_.moved.pop(moved)) planner_side_.moved.push(moved);
@@ -179,13 +193,13 @@ class VirtualSession {
   bool at_rest() const { return view.at_rest; }
   void ask_stop() { control_side_.asked.stop(); }
   /// A full glass, for the planner and the monitor.
-  void refill() {
-    ++planner_side_.refills;
+  void refill(int tool = 0) {
+    ++planner_side_.refills[tool];
     spilled_ = spilled();
-    monitor_->reset_liquid();
+    monitor_->reset_liquid(tool);
   }
   /// From any glass so far.
-  bool spilled() const { return spilled_ || monitor_->liquid().spilled; }
+  bool spilled() const { return spilled_ || monitor_->spilled(); }
   void set_obstacles(Obstacles obstacles) {
     obstacles.version = ++world_;
     control_side_.obstacles_to_control.write(obstacles);
@@ -201,9 +215,9 @@ class VirtualSession {
   void fail(const char* why) { control_side_.failure = why; }
   void ask_reset() { control_side_.asked.reset(); }
   void set(const OperatorSettings& settings) { planner_side_.settings.write(settings); }
-  Pose glass(const JointVector& q) {
+  Pose glass(const JointVector& q, int tool = 0) {
     kinematics_.set_position(q);
-    return {kinematics_.p(), Quaternion(kinematics_.R())};
+    return {kinematics_.p(tool), Quaternion(kinematics_.R(tool))};
   }
   SimulatedArm& arm() { return dynamic_cast<SimulatedArm&>(*arm_); }
   ManualClock& clock() { return clock_; }
@@ -238,7 +252,8 @@ class VirtualSession {
   Kinematics kinematics_{model_};
   Plan plan_, followed_;
   Time next_step_, next_sample_, plan_due_{0};
-  std::uint64_t world_ = 0, refills_ = 0;
+  std::uint64_t world_ = 0;
+  PerTool<std::uint64_t> refills_{};
   bool spilled_ = false;
 };
 

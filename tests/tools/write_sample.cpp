@@ -36,15 +36,15 @@ Status write_recording(const ReportInput& input, const std::filesystem::path& pa
       plan.intervals = 8;
       for (int k = 0; k <= 8; ++k) {
         if (k < 8)
-          reference.tools[0].p[k] = made.X_base_target.p,
-          reference.tools[0].R[k] = made.X_base_target.q.toRotationMatrix();
+          reference.tools[0].p[k] = made.tools[0].X_base_target.p,
+          reference.tools[0].R[k] = made.tools[0].X_base_target.q.toRotationMatrix();
         plan.x[k].resize(12);
         plan.x[k] << made.q, made.dq;
         if (k < 8) plan.u[k] = made.ddq;
       }
-      const std::vector<Pose> path_of_plan(9, made.X_base_planned);
-      for (const Status& status : {recorder->write(Target{stamp, made.X_base_target, true}), recorder->write(reference),
-                                   recorder->write(plan, path_of_plan), recorder->write(made)}) {
+      const ToolPaths paths{std::vector<Pose>(9, made.tools[0].X_base_planned)};
+      for (const Status& status : {recorder->write(Target{stamp, made.tools[0].X_base_target, true}),
+                                   recorder->write(reference), recorder->write(plan, paths), recorder->write(made)}) {
         if (!status) return status;
       }
     }

@@ -45,7 +45,7 @@ class Episode:
     task: str
     """What was to be done, in words."""
     features: dict[str, Frames]
-    """By LeRobot's names: observation.state, observation.tool, operator.target (the target of the tool; no policy has it), action;
+    """By LeRobot's names: observation.state, observation.tool, operator.target (the targets of the tools; no policy has it), action;
     policy and intervention (whether a policy controlled the arm, and whether a person did in its turn);
     with a simulated scene observation.environment_state (its things), and in marked episodes next.success."""
     success: bool | None = None
@@ -90,13 +90,27 @@ def _pose(T: Array) -> Array:
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
-def _gripper(t: Array, at: Array, values: Array, name: str) -> Frames | None:
-    """At times t; None: the arm has none."""
-    return Frames(_between(t, at, values[:, None]), (f"gripper.{name}",)) if np.isfinite(values).all() else None
+def _prefixes(robot: Robot) -> list[str]:
+    """What goes before the names of each tool's values: of several its name, as of LeRobot's bi_* robots."""
+    return [""] if robot.tool_count == 1 else [f"{name}_" for name in robot.tool_names]
 
 
-def _beside(frames: Frames, more: Frames | None) -> Frames:
-    return frames if more is None else Frames(np.hstack([frames.values, more.values]), frames.names + more.names)
+def _poses(robot: Robot, name: str, poses: list[Array]) -> Frames:
+    """(m, 7) of each tool, of its (m, 4, 4)."""
+    return Frames(np.hstack([_pose(T) for T in poses]), tuple(f"{of}{name}.{number}" for of in _prefixes(robot) for number in _POSE))
+
+
+def _with_grippers(frames: Frames, robot: Robot, t: Array, at: Array, values: Array) -> Frames:
+    """Adds those of the tools that have one, at times t. values: (k,) or (k, tools), at times `at`."""
+    for of, column in zip(_prefixes(robot), values.reshape(len(at), -1).T):
+        if np.isfinite(column).all():
+            frames = Frames(np.hstack([frames.values, _between(t, at, column[:, None])]), (*frames.names, f"{of}gripper.pos"))
+    return frames
+
+
+def _any_engaged(session: Session) -> np.ndarray:
+    """(m,), of the session's steps: whether any tool followed its hand."""
+    return session.steps.engaged.reshape(len(session.steps.t), -1).any(axis=1)
 
 
 def _joints(session: Session, *what: str) -> tuple[str, ...]:
@@ -112,7 +126,8 @@ def _delta(session: Session, robot: Robot, commands: _Motion, t: Array, step: fl
 
 
 def _tool(session: Session, robot: Robot, commands: _Motion, t: Array, step: float) -> Frames:
-    return Frames(_pose(robot.fk(commands.at(t + step)[0])), tuple(f"tool.{name}" for name in _POSE))
+    q = commands.at(t + step)[0]
+    return _poses(robot, "tool", [robot.fk(q, tool) for tool in range(robot.tool_count)])
 
 
 def _set_point(session: Session, robot: Robot, commands: _Motion, t: Array, step: float) -> Frames:
@@ -127,7 +142,8 @@ ACTIONS: dict[str, Callable[[Session, Robot, _Motion, Array, float], Frames]] = 
 }
 """What `action` may be. Each is what was commanded for the end of the frame's interval, and none a copy of the state:
 "joints": positions; "delta": positions less those commanded at its begin; "pose": of the tool in the base, x, y, z in m and
-quaternion x, y, z, w; "command": positions and velocities."""
+quaternion x, y, z, w; "command": positions and velocities. Values of a robot's several tools, and grippers, have the tool's name
+before theirs, as left_tool.x and left_gripper.pos."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +172,8 @@ def _stretches(session: Session, episodes: str) -> tuple[list[_Stretch], list[st
     if not len(steps.t):
         return [], []
     found = []
-    for engaged, group in itertools.groupby(range(len(steps.t)), key=lambda k: episodes == "session" or bool(steps.engaged[k])):
+    follows = _any_engaged(session)
+    for engaged, group in itertools.groupby(range(len(steps.t)), key=lambda k: episodes == "session" or bool(follows[k])):
         rows = list(group)
         if engaged:
             found.append(_Stretch(float(steps.t[rows[0]]), float(steps.t[rows[-1]])))
@@ -183,7 +200,7 @@ def _leaders(session: Session, t: Array) -> dict[str, Frames]:
     rows = np.clip(np.searchsorted(steps.t, t, side="right") - 1, 0, None)
     closed = np.flatnonzero(hand.clutch)
     at = np.searchsorted(hand.t[closed], t, side="right") - 1
-    follows = steps.engaged[rows] & (at >= 0) if len(closed) else np.zeros(len(t), dtype=bool)
+    follows = _any_engaged(session)[rows] & (at >= 0) if len(closed) else np.zeros(len(t), dtype=bool)
     newest = closed[np.clip(at, 0, None)] if len(closed) else np.zeros(len(t), dtype=int)
     flags = {"policy": hand.leader == "policy", "intervention": hand.intervention}
     return {name: Frames((follows & (flag[newest] if len(closed) else False))[:, None], (name,), "bool") for name, flag in flags.items()}
@@ -244,10 +261,10 @@ def cut(
         q, dq = states.at(t)
         rows = np.clip(np.searchsorted(session.steps.t, t, side="right") - 1, 0, None)
         features = {
-            "observation.state": _beside(Frames(np.hstack([q, dq]), _joints(session, "pos", "vel")), _gripper(t, session.states.t, session.states.gripper, "pos")),
-            "observation.tool": Frames(_pose(robot.fk(q)), tuple(f"tool.{name}" for name in _POSE)),
-            "operator.target": Frames(_pose(session.steps.T_base_target[rows]), tuple(f"target.{name}" for name in _POSE)),
-            "action": _beside(ACTIONS[action](session, robot, commands, t, 1 / fps), _gripper(t + 1 / fps, session.commands.t, session.commands.gripper, "pos")),
+            "observation.state": _with_grippers(Frames(np.hstack([q, dq]), _joints(session, "pos", "vel")), robot, t, session.states.t, session.states.gripper),
+            "observation.tool": _poses(robot, "tool", [robot.fk(q, tool) for tool in range(robot.tool_count)]),
+            "operator.target": _poses(robot, "target", list(session.steps.T_base_target[rows].reshape(len(t), -1, 4, 4).swapaxes(0, 1))),
+            "action": _with_grippers(ACTIONS[action](session, robot, commands, t, 1 / fps), robot, t + 1 / fps, session.commands.t, session.commands.gripper),
         } | _scene_features(session, t) | _leaders(session, t)
         marked = stretch.marked
         if marked:

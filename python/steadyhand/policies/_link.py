@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from .._page_client import PageClient
-from ._live import _observation, _target
+from ._live import _observation, _targets
 from ._policy import Action, Observation
 
 _NEWS = 1.0  # s without a state after which the connection counts as lost
@@ -69,10 +69,11 @@ class Link:
         return _observation(self.state, self._things)
 
     def act(self, action: Action) -> None:
-        """Sends a target for the tool, for the newest state. The arm follows it only in the policy's turn."""
-        message = _target(action, self.state["now_s"])
+        """Sends a target for each tool, for the newest state. The arm follows it only in the policy's turn."""
+        messages = _targets(action, self.state["now_s"])
         with self._lock:
-            self._client.send(**message)
+            for message in messages:
+                self._client.send(**message)
 
     def take_turn(self) -> None:
         """Takes control, if no client has it, and gives the policy its turn."""

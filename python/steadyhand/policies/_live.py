@@ -15,26 +15,43 @@ from ._policy import Action, Observation, Policy
 _NEWS = 0.2  # s without a state, after which there is nothing to act on
 
 
+def leader_of(state: dict[str, Any]) -> str | None:
+    """Whose hand the robot follows, of a state message: the first tool's that follows any."""
+    return next((str(tool["leader"]) for tool in state["tools"] if tool["leader"]), None)
+
+
 def _observation(state: dict[str, Any], things: list[str]) -> Observation:
     def matrix(of: dict[str, Any]) -> Any:
         return pose(of["p"], of["q"])
 
+    def of_tools(name: str, made: Any = lambda value: value, join: Any = tuple) -> Any:
+        """The value of the tool, or of several all."""
+        values = [made(tool[name]) for tool in state["tools"]]
+        return values[0] if len(values) == 1 else join(values)
+
     task = state["task"]
     return Observation(
-        t=state["now_s"], state=state["state"], reason=state["reason"], leader=state["leader"],
+        t=state["now_s"], state=state["state"], reason=state["reason"], leader=leader_of(state),
         q=np.array(state["q"], dtype=float), dq=np.array(state["dq"], dtype=float), command=np.array(state["command"], dtype=float),
-        gripper=state["gripper"], gripper_command=state["gripper_command"], T_base_tool=matrix(state["tool"]), T_base_target=matrix(state["target"]),
+        gripper=of_tools("gripper"), gripper_command=of_tools("gripper_command"),
+        T_base_tool=of_tools("pose", matrix, np.array), T_base_target=of_tools("target", matrix, np.array),
         things={name: pose(at[:3], at[3:]) for name, at in zip(things, task["things"])} if task else {},
     )  # fmt: skip
 
 
-def _target(action: Action, of: float) -> dict[str, Any]:
-    T = np.asarray(action.T_base_tool, dtype=np.float64)
-    known = T.shape == (4, 4) and bool(np.isfinite(T).all())
-    message: dict[str, Any] = {"type": "target", "of_s": of, "p": T[:3, 3].tolist() if known else None, "q": quat_xyzw(T).tolist() if known else None}
-    if action.gripper is not None:
-        message["gripper"] = min(max(float(action.gripper), 0.0), 1.0)
-    return message
+def _targets(action: Action, of: float) -> list[dict[str, Any]]:
+    """A message for each tool."""
+    poses = np.asarray(action.T_base_tool, dtype=np.float64)
+    poses = poses[None] if poses.ndim == 2 else poses
+    grippers = action.gripper if isinstance(action.gripper, (tuple, list, np.ndarray)) else [action.gripper]
+    messages = []
+    for tool, T in enumerate(poses):
+        known = T.shape == (4, 4) and bool(np.isfinite(T).all())
+        message: dict[str, Any] = {"type": "target", "of_s": of, "p": T[:3, 3].tolist() if known else None, "q": quat_xyzw(T).tolist() if known else None}
+        if tool < len(grippers) and (gripper := grippers[tool]) is not None:
+            message["gripper"] = min(max(float(gripper), 0.0), 1.0)
+        messages.append(message | ({"tool": tool} if tool else {}))
+    return messages
 
 
 def lead(policy: Policy, port: int = 8642, *, name: str = "", turn: bool = False, seconds: float | None = None, say: Callable[[str], None] = print) -> None:
@@ -66,12 +83,13 @@ def _act(client: PageClient, policy: Policy, name: str, turn: bool, seconds: flo
         if state is None or time.monotonic() < due:
             continue
         due = max(due + policy.period, time.monotonic())
-        if state["leader"] != leader:
-            leader = state["leader"]
+        if leader_of(state) != leader:
+            leader = leader_of(state)
             say(f"{state['now_s']:.1f} s: {leader or 'nobody'} leads ({state['reason']})")
         if turn and not asked and state["state"] in ("ready", "engaged", "holding") and leader in (None, "recording"):
             asked = True
             client.send(type="take")
             client.send(type="request", kind="policy", value=1)
         if time.monotonic() - heard < _NEWS:
-            client.send(**_target(policy.act(_observation(state, things)), state["now_s"]))
+            for target in _targets(policy.act(_observation(state, things)), state["now_s"]):
+                client.send(**target)

@@ -10,7 +10,8 @@ from .._arrays import Array
 
 @dataclass(frozen=True)
 class Observation:
-    """The state of a session at one time."""
+    """The state of a session at one time. Of robots with two tools, values of a tool are two: T_base_tool is (2, 4, 4), and gripper
+    a tuple."""
 
     t: float
     """s, of the session's clock."""
@@ -26,9 +27,9 @@ class Observation:
     """(n,), measured joint velocities, rad/s (m/s)."""
     command: Array
     """(n,), commanded joint positions, rad (m)."""
-    gripper: float | None
+    gripper: float | None | tuple[float | None, ...]
     """0 open to 1 closed, measured; None: the arm has none."""
-    gripper_command: float | None
+    gripper_command: float | None | tuple[float | None, ...]
     """0 open to 1 closed, commanded; None: the arm has none."""
     T_base_tool: Array
     """(4, 4): measured pose of the tool frame in the base."""
@@ -43,9 +44,9 @@ class Action:
     """Target of the tool for the time when the policy's next action is due."""
 
     T_base_tool: Array
-    """(4, 4), in the base. The arm holds if a number is not finite."""
-    gripper: float | None = None
-    """0 open to 1 closed; None: unchanged."""
+    """(4, 4), in the base; robots with two tools: (2, 4, 4). The arm holds if a number is not finite."""
+    gripper: float | None | tuple[float | None, ...] = None
+    """0 open to 1 closed; None: unchanged. Robots with two tools: one for each."""
 
 
 class Policy(Protocol):

@@ -62,15 +62,18 @@ def score(session: Session, robot: Robot, profile: str = RECORDED) -> Score:
     steps, commands = session.steps, session.commands
     if not len(steps.t) or len(commands.t) < 2:
         raise ValueError(f"{session.name}: has no plans, or no commands")
-    rows = steps.engaged & np.isfinite(steps.T_base_target).all(axis=(1, 2))
-    apart = steps.T_base_target[rows, :3, 3] - steps.T_base_tool[rows, :3, 3]
-    turned = np.einsum("kij,kij->k", steps.T_base_target[rows, :3, :3], steps.T_base_tool[rows, :3, :3])
+    # of all tools: (m, tools, ...)
+    target, tool = (T.reshape(len(steps.t), -1, 4, 4) for T in (steps.T_base_target, steps.T_base_tool))
+    engaged = steps.engaged.reshape(len(steps.t), -1)
+    rows = engaged & np.isfinite(target).all(axis=(2, 3))
+    apart = target[rows][:, :3, 3] - tool[rows][:, :3, 3]
+    turned = np.einsum("kij,kij->k", target[rows][:, :3, :3], tool[rows][:, :3, :3])
     angles = np.degrees(np.arccos(np.clip((turned - 1.0) / 2.0, -1.0, 1.0)))
     bends = _bends(commands)
     kept = [episode for episode in session.episodes if episode.kept]
     return Score(
-        session.name, profile, session.duration, float(np.diff(steps.t)[steps.engaged[:-1]].sum()),
-        1e3 * _rms(np.linalg.norm(apart, axis=1)), _rms(angles), _mean(np.linalg.norm(steps.local_acceleration[rows, :2], axis=1)),
+        session.name, profile, session.duration, float(np.diff(steps.t)[engaged[:-1].any(axis=1)].sum()),
+        1e3 * _rms(np.linalg.norm(apart, axis=1)), _rms(angles), _mean(np.linalg.norm(steps.local_acceleration.reshape(len(steps.t), -1, 3)[rows][:, :2], axis=1)),
         100.0 * _spilled(commands, robot), 100.0 * float(np.max(np.abs(commands.dq) / session.velocity_max)),
         float(bends.max(initial=0.0)), 100.0 * _mean(bends > JUMP), 1e3 * float(np.min(steps.clearance)),
         len(steps.t), int(np.sum(steps.status == "previous")), float(np.median(steps.solve_us)),
@@ -94,12 +97,13 @@ def _bends(commands: Commands) -> Array:
 
 
 def _spilled(commands: Commands, robot: Robot) -> float:
-    """Share of the liquid."""
-    liquid, share = Liquid(), 0.0
+    """Share of the liquid; of several glasses, the largest."""
+    liquids, shares = [Liquid() for _ in robot.tool_names], [0.0 for _ in robot.tool_names]
     for dt, q, dq, ddq in zip(np.diff(commands.t), commands.q, commands.dq, commands.ddq):
-        if dt > 0.0:
-            share = liquid.update(min(float(dt), 10.0), robot.local_acceleration(q, dq, ddq)).spilled_share
-    return share
+        for tool, liquid in enumerate(liquids):
+            if dt > 0.0:
+                shares[tool] = liquid.update(min(float(dt), 10.0), robot.local_acceleration(q, dq, ddq, tool)).spilled_share
+    return max(shares)
 
 
 _COLUMNS = {

@@ -22,6 +22,8 @@ struct ArmState {
   std::uint64_t cycle = 0;                  ///< counts control cycles of the arm, also those that the program missed
   ArmStatus status = ArmStatus::kStarting;  ///< whether it follows commands
   std::string_view reason;                  ///< why it stopped; static text
+  /// It stopped, but a part of it, one arm of two, still follows commands: they brake it.
+  bool part_follows = false;
   /// Set while the arm follows if it got no command for the cycle before this one: where its own set-point has gone
   /// meanwhile, in that cycle, within its limits. The next command must continue from there.
   std::optional<JointCommand> carried_on;
@@ -29,12 +31,12 @@ struct ArmState {
 
 /// Properties of an arm, and whether it is dangerous.
 struct ArmInfo {
-  std::string name;        ///< for people
-  int joints = 0;          ///< n
-  double rate_hz = 500.0;  ///< of control cycles
-  double delay = 0.0;      ///< s, between a command and its measured effect, about
-  bool hardware = true;    ///< can hurt a person: recorded hands need an explicit option, and it starts slowly
-  bool gripper = false;    ///< takes JointCommand::gripper, and reports JointState::gripper
+  std::string name;         ///< for people
+  int joints = 0;           ///< n
+  double rate_hz = 500.0;   ///< of control cycles
+  double delay = 0.0;       ///< s, between a command and its measured effect, about; of all joints
+  bool hardware = true;     ///< can hurt a person: recorded hands need an explicit option, and it starts slowly
+  PerTool<bool> gripper{};  ///< takes that of JointCommand::gripper, and reports that of JointState::gripper
 };
 
 /// An arm that takes joint positions, real or simulated. It paces the control loop: receive, think, send, once a cycle.

@@ -12,6 +12,10 @@
 /// OperatorSample -> Target -> Reference -> Plan -> JointCommand -> (arm) -> JointState.
 namespace steadyhand {
 
+/// A value for each tool of the robot, by its index.
+template <typename T>
+using PerTool = std::array<T, kMaxTools>;
+
 /// Source of the hand that controls the arm.
 enum class Leader : std::uint8_t {
   kPerson,
@@ -36,6 +40,7 @@ struct OperatorSample {
   std::optional<double> gripper{};  ///< requested, 0 open to 1 closed; absent: unchanged
   Leader leader = Leader::kPerson;  ///< its source
   bool intervention = false;        ///< a person controls the arm while the policy waits
+  int tool = 0;                     ///< index of the tool that this hand moves
 };
 
 /// Where the operator wants the controlled frame (the glass) to be.
@@ -45,6 +50,7 @@ struct Target {
   bool engaged = false;             ///< false: pose is where the arm was left; do not follow
   Time look_ahead{0};               ///< as the operator sample's
   Leader leader = Leader::kPerson;  ///< whose hand it comes from
+  int tool = 0;                     ///< index of the controlled frame
 };
 
 /// Uncertainty of a predicted position. 0: not known.
@@ -62,11 +68,11 @@ struct ToolReference {
 
 /// The predicted targets over the planner's horizon; node k is at time start + k * dt.
 struct Reference {
-  Stamp stamp;                                 ///< stamp of the newest target
-  Time start{0};                               ///< time of node 0
-  double dt = 0.05;                            ///< s
-  int nodes = 0;                               ///< N
-  std::array<ToolReference, kMaxTools> tools;  ///< by index of the tool
+  Stamp stamp;                   ///< stamp of the newest target
+  Time start{0};                 ///< time of node 0
+  double dt = 0.05;              ///< s
+  int nodes = 0;                 ///< N
+  PerTool<ToolReference> tools;  ///< of each
 
   Reference() = default;
   /// @{ Copies the entries in use: most horizons are far shorter than the longest.
@@ -108,19 +114,19 @@ struct Plan {
 
 /// Command to the arm for `stamp.made`.
 struct JointCommand {
-  Stamp stamp;                      ///< `made`: when the arm is to be there
-  JointVector q;                    ///< rad (m for prismatic joints)
-  JointVector dq;                   ///< rad/s
-  JointVector ddq;                  ///< rad/s^2
-  std::optional<double> gripper{};  ///< 0 open to 1 closed; absent: the arm has none
+  Stamp stamp;                               ///< `made`: when the arm is to be there
+  JointVector q;                             ///< rad (m for prismatic joints)
+  JointVector dq;                            ///< rad/s
+  JointVector ddq;                           ///< rad/s^2
+  PerTool<std::optional<double>> gripper{};  ///< 0 open to 1 closed; absent: the tool is none
 };
 
 /// State that the arm reports; measured at `stamp.made`.
 struct JointState {
-  Stamp stamp;                      ///< `made`: when it was measured
-  JointVector q;                    ///< rad
-  JointVector dq;                   ///< rad/s
-  std::optional<double> gripper{};  ///< measured, 0 open to 1 closed; absent: the arm has none
+  Stamp stamp;                               ///< `made`: when it was measured
+  JointVector q;                             ///< rad
+  JointVector dq;                            ///< rad/s
+  PerTool<std::optional<double>> gripper{};  ///< measured, 0 open to 1 closed; absent: the tool is none
 };
 
 }  // namespace steadyhand

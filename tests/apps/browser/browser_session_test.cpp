@@ -33,11 +33,27 @@ BrowserSetup some_setup() {
   return setup;
 }
 
+/// The same with two arms, and with two hands in the recording.
+BrowserSetup setup_of_two() {
+  BrowserSetup setup = some_setup();
+  const Result<RobotModel> model = open_robot("two_ur5e");
+  EXPECT_TRUE(model) << model.error().message;
+  setup.robot = *model;
+  std::vector<OperatorSample> both;
+  for (const OperatorSample& sample : setup.recordings[0].recording.samples) {
+    both.insert(both.end(), 2, sample);
+    both.back().tool = 1;
+    both.back().X_operator_hand.p.z() = 1.0;
+  }
+  setup.recordings[0].recording.samples = both;
+  return setup;
+}
+
 /// A page, as the session sees it.
 class Page final : public Outbox {
  public:
   explicit Page(BrowserSession& session) : session_(&session), number_(session.join(*this, now())) {
-    say(R"({"type":"hello","version":2})");
+    say(R"({"type":"hello","version":3})");
     say(R"({"type":"pair","code":"local"})");
     say(R"({"type":"take"})");
   }
@@ -53,13 +69,11 @@ class Page final : public Outbox {
   void say(std::string_view text) { session_->receive(number_, text, now()); }
   void request(std::string_view kind) { say(fmt::format(R"({{"type":"request","kind":"{}"}})", kind)); }
   void record(bool on) { say(fmt::format(R"({{"type":"request","kind":"record","value":{}}})", on ? 1 : 0)); }
-  /// Advances time in steps of 8 ms, together with the hand, which rises while the clutch is closed.
+  /// Advances time in steps of 8 ms, together with the hands, which rise while their clutches are closed.
   void go_on(double seconds) {
     for (const double end = t + seconds; t < end; t += 0.008) {
-      if (!grips) since_ = t;
-      say(fmt::format(R"({{"type":"sample","sequence":{},"t_s":{},"p":[0,0,{}],"q":[0,0,0,1],"clutch":{},)"
-                      R"("tracked":true,"emulated":false}})",
-                      ++sequence_, t, 0.1 * (t - since_), grips));
+      feed(0, grips, since_);
+      if (two_hands) feed(1, second_grips, second_since_);
       session_->advance(now());
     }
   }
@@ -71,13 +85,20 @@ class Page final : public Outbox {
   }
 
   double t = 5000.0;  ///< s, of the browser's clock
-  bool grips = false, closed = false;
+  bool grips = false, second_grips = false, two_hands = false, closed = false;
   std::vector<Json> heard;
   Json state;
 
  private:
+  void feed(int tool, bool clutch, double& since) {
+    if (!clutch) since = t;
+    say(fmt::format(R"({{"type":"sample","sequence":{},"t_s":{},"p":[0,0,{}],"q":[0,0,0,1],"clutch":{},)"
+                    R"("tracked":true,"emulated":false,"tool":{}}})",
+                    ++sequence_, t, 0.1 * (t - since), clutch, tool));
+  }
+
   BrowserSession* session_;
-  double since_ = t;
+  double since_ = t, second_since_ = t;
   std::uint64_t sequence_ = 0;
   std::uint64_t number_;
 };
@@ -96,6 +117,13 @@ TEST(SetupJson, IsReadBackToTheLastDigit) {
   EXPECT_EQ(read->robot.link_names, ur5e().link_names);
   EXPECT_EQ(read->robot.position_max, ur5e().position_max);
   EXPECT_TRUE(read->profiles[1].ocp.liquid.has_value());
+}
+
+TEST(SetupJson, HasTheToolOfEachHand) {
+  const Result<BrowserSetup> read = read_setup_json(setup_json(setup_of_two()));
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->robot.tool_count(), 2);
+  EXPECT_EQ(read->recordings[0].recording.samples[1].tool, 1);
 }
 
 TEST(SetupJson, RefusesWhatIsNone) {
@@ -120,6 +148,61 @@ TEST(SetupJson, RefusesWhatIsNone) {
   EXPECT_NE(changed("/profiles/0/prediction", "clairvoyant").find("clairvoyant"), std::string::npos);
   EXPECT_NE(changed("/profile", 7).find("there are 2 profiles"), std::string::npos);
   EXPECT_NE(changed("/recordings/0/samples", Json::array()).find("recordings[0].samples"), std::string::npos);
+  EXPECT_NE(changed("/recordings/0/samples/0/9", 1e300).find("must be of tools 0 to 1"), std::string::npos);
+}
+
+TEST(BrowserSession, TwoHandsMoveTwoArms) {
+  const auto session = make_session(setup_of_two());
+  for (int i = 0; i <= 40; ++i) session->advance(from_seconds(4996.0 + 0.1 * i));
+  for (const ToolSnapshot& tool : session->session().snapshot().tools) {
+    EXPECT_EQ(tool.state, SupervisionState::kEngaged) << tool.reason;
+    EXPECT_EQ(tool.target.leader, Leader::kRecording);
+  }
+  Page page(*session);
+  page.two_hands = true;
+  page.go_on(2.0);
+  ASSERT_TRUE(page.is("ready")) << page.state["reason"];
+  ASSERT_EQ(page.state["tools"].size(), 2u);
+  EXPECT_EQ(page.heard.front()["robot"]["tools"][1]["name"], "right");
+  const auto is = [&](int tool, const char* state) { return page.state["tools"][tool]["state"] == state; };
+  const auto height = [&](int tool) { return page.state["tools"][tool]["pose"]["p"][2].get<double>(); };
+  const double before[] = {height(0), height(1)};
+  page.second_grips = true;
+  page.go_on(2.0);
+  EXPECT_TRUE(page.is("engaged") && is(0, "ready") && is(1, "engaged")) << page.state["tools"][1]["reason"];
+  EXPECT_NEAR(height(0), before[0], 1e-6);
+  EXPECT_GT(height(1), before[1] + 0.02);
+  page.grips = true;
+  page.go_on(2.0);
+  EXPECT_TRUE(is(0, "engaged") && is(1, "engaged")) << page.state["tools"][0]["reason"];
+  EXPECT_GT(height(0), before[0] + 0.02);
+  page.second_grips = false;
+  page.go_on(1.0);
+  EXPECT_TRUE(page.is("engaged") && is(0, "engaged") && is(1, "ready")) << page.state["tools"][0]["reason"];
+  page.request("stop");
+  page.go_on(1.5);
+  EXPECT_TRUE(page.is("stopping") && is(0, "stopping") && is(1, "stopping"));
+  EXPECT_LT(page.fastest(), 1e-3);
+}
+
+TEST(BrowserSession, EitherToolTakesAnObject) {
+  const auto session = make_session(setup_of_two());
+  Page page(*session);
+  page.go_on(2.0);
+  for (const int tool : {0, 1}) {
+    const Json at = page.state["tools"][tool]["pose"]["p"];
+    page.say(fmt::format(R"({{"type":"request","kind":"object","text":"ball","object":)"
+                         R"({{"shape":"sphere","radius":0.02,"p":{},"q":[0,0,0,1]}}}})",
+                         at.dump()));
+    page.say(fmt::format(R"({{"type":"request","kind":"attach","text":"ball","tool":{}}})", tool));
+    page.go_on(0.1);
+    ASSERT_EQ(page.heard.back()["type"], "cell") << page.heard.back();
+    const Json& ball = page.heard.back()["cell"]["objects"].back();
+    EXPECT_TRUE(ball["attached"].get<bool>()) << ball;
+    EXPECT_EQ(ball.value("tool", 0), tool) << ball;
+    for (int row = 0; row < 3; ++row) EXPECT_NEAR(ball["origin"][row][3].get<double>(), 0.0, 0.01) << ball;
+    page.say(R"({"type":"request","kind":"detach","text":"ball"})");
+  }
 }
 
 TEST(BrowserSession, IsLedStoppedAndResetByItsPage) {
@@ -129,11 +212,11 @@ TEST(BrowserSession, IsLedStoppedAndResetByItsPage) {
   ASSERT_EQ(page.heard.front()["type"], "welcome");
   EXPECT_EQ(page.heard.front()["robot"]["name"], "ur5e");
   EXPECT_EQ(page.state["controls"]["playback"], -1) << "who takes the lease ends the recording";
-  const double height = page.state["tool"]["p"][2];
+  const double height = page.state["tools"][0]["pose"]["p"][2];
   page.grips = true;
   page.go_on(2.0);
   EXPECT_TRUE(page.is("engaged")) << page.state["state"];
-  EXPECT_GT(page.state["tool"]["p"][2].get<double>(), height + 0.02);
+  EXPECT_GT(page.state["tools"][0]["pose"]["p"][2].get<double>(), height + 0.02);
   page.request("stop");
   page.go_on(1.5);
   EXPECT_TRUE(page.is("stopping"));

@@ -57,8 +57,8 @@ TEST_P(DemoMotion, BeginsWhereTheSessionBegan) {
     }
   };
   run(0.3);
-  const Pose home = look.X_base_tool;
-  const auto off = [&] { return (look.X_base_tool.p - home.p).norm(); };
+  const Pose home = look.tools[0].X_base_tool;
+  const auto off = [&] { return (look.tools[0].X_base_tool.p - home.p).norm(); };
 
   person_leads = true;
   run(0.2);
@@ -74,12 +74,12 @@ TEST_P(DemoMotion, BeginsWhereTheSessionBegan) {
   ASSERT_GT(off(), 0.25);
 
   ASSERT_TRUE(desk.apply({OperatorRequest::Kind::kPlayback, "aside", 0.0}, clock.now()));
-  double nearest = off(), turned = look.X_base_tool.q.angularDistance(home.q);
+  double nearest = off(), turned = look.tools[0].X_base_tool.q.angularDistance(home.q);
   for (int i = 0; i < 500; ++i) {
     run(0.01);
     if (off() > nearest) continue;
     nearest = off();
-    turned = look.X_base_tool.q.angularDistance(home.q);
+    turned = look.tools[0].X_base_tool.q.angularDistance(home.q);
   }
   EXPECT_LT(nearest, 0.01);
   EXPECT_LT(turned, 0.05);

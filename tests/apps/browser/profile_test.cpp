@@ -28,7 +28,7 @@ struct ProfileSession {
     taps.look = [this](const SessionSnapshot& seen) { look = seen; };
     taps.command = [this](const JointCommand& command) { commands.push_back(command); };
     taps.settings = [this](const AppliedSettings& now) { applied = now.settings; };
-    taps.step = [this](const PlanningRecord& step) { solves[step.ocp] += step.engaged ? 1 : 0; };
+    taps.step = [this](const PlanningRecord& step) { solves[step.ocp] += step.engaged[0] ? 1 : 0; };
     session->start(std::move(taps));
     run(0.1);
   }
@@ -263,7 +263,7 @@ TEST(Profiles, APolicysTurnThatBeginsDuringTheStopIsNotLost) {
   ASSERT_TRUE(s.desk->controls().policy_turn);
   ASSERT_EQ(s.applied.planner, 0) << "not in force yet";
   for (int i = 0; i < 60; ++i) {
-    s.desk->target({s.look.X_base_tool, {}}, s.clock.now());
+    s.desk->target({s.look.tools[0].X_base_tool, {}}, s.clock.now());
     s.run(0.05);
   }
   EXPECT_EQ(s.applied.planner, 1);

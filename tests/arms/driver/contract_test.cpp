@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "geometry/robot/random_arm.hpp"
+#include "steadyhand/arms/driver/composite_arm.hpp"
 #include "steadyhand/arms/driver/simulated_arm.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
@@ -37,6 +38,38 @@ ArmMaker simulated(const std::string& name, const SimulatedArmSettings& settings
 ArmMaker universal_robots(const std::string& name, const FakeUrController::Settings& settings) {
   return {name, [settings](const RobotModel& model, Clock& clock) {
             return std::make_unique<UrLockstep>(model, settings, clock);
+          }};
+}
+
+/// The arm as two: each has half of the joints, and is simulated by itself.
+class Halves final : public Arm {
+ public:
+  Halves(RobotModel model, const std::array<SimulatedArmSettings, kMaxTools>& settings, Clock& clock)
+      : model_(std::move(model)) {
+    model_.joints[3].parent = 0;
+    model_.tools = {{"left", model_.tool().origin, 3}, {"right", model_.tool().origin, 6}};
+    std::array<CompositeArm::Make, kMaxTools> make;
+    for (int i = 0; i < kMaxTools; ++i) {
+      make[i] = [&settings, i](const RobotModel& half, Clock& own) -> Result<std::unique_ptr<Arm>> {
+        return std::unique_ptr<Arm>(new SimulatedArm(half, half.home, settings[i], own));
+      };
+    }
+    arm_ = *CompositeArm::make(model_, make, clock, CompositeArm::Turns::kOneThread);
+  }
+  const ArmInfo& info() const override { return arm_->info(); }
+  ArmState receive() override { return arm_->receive(); }
+  void follow(const Plan& plan) override { arm_->follow(plan); }
+  void send(const JointCommand& command) override { arm_->send(command); }
+  void restart() override { arm_->restart(); }
+
+ private:
+  RobotModel model_;
+  std::unique_ptr<CompositeArm> arm_;
+};
+
+ArmMaker halves(const std::string& name, const SimulatedArmSettings& left, const SimulatedArmSettings& right) {
+  return {name, [left, right](const RobotModel& model, Clock& clock) {
+            return std::make_unique<Halves>(model, std::array{left, right}, clock);
           }};
 }
 
@@ -85,6 +118,8 @@ std::vector<ArmMaker> makers() {
   slow.latency = 0.02;
   slow.servo_lag = 0.04;
   noisy.noise = 2e-5;
+  SimulatedArmSettings rare, rare_and_slow = slow;
+  rare.rate_hz = rare_and_slow.rate_hz = 200.0;
   FakeUrController::Settings e_series, cb3, old_protocol;
   cb3.version = {3, 15, 8, 106339};
   old_protocol.version = cb3.version;
@@ -93,6 +128,11 @@ std::vector<ArmMaker> makers() {
                                simulated("ideal", ideal),
                                simulated("slow", slow),
                                simulated("noisy", noisy),
+                               halves("halves", {}, {}),
+                               halves("halves_noisy", noisy, {}),
+                               halves("halves_two_rates", rare, {}),
+                               halves("halves_two_delays", {}, slow),
+                               halves("halves_two_rates_and_delays", {}, rare_and_slow),
                                universal_robots("ur", e_series),
                                universal_robots("ur_cb3", cb3),
                                universal_robots("ur_protocol_1", old_protocol)};
@@ -111,9 +151,22 @@ class ArmContract : public testing::TestWithParam<ArmMaker> {
   JointCommand command(const JointVector& q, const JointVector& dq, Time t) const {
     return {{t, t}, q, dq, JointVector::Zero(6)};
   }
-  /// As a session does: first the plan, which goes from the command to rest.
-  void send(const JointCommand& command) {
-    make_straight_stop(model, command, 0.0, plan);
+  /// As a session does: first the plan, which goes from the command to the next one, and then to rest.
+  void send(const JointCommand& command, const JointCommand& next) {
+    const int braking = 1 + static_cast<int>(stop_time(model, next.dq) * arm->info().rate_hz);
+    plan.stamp = command.stamp;
+    plan.start = command.stamp.made;
+    plan.dt = 1.0 / arm->info().rate_hz;
+    plan.joints = 6;
+    plan.intervals = 1 + braking;
+    plan.x[0].resize(12);
+    plan.x[0] << command.q, command.dq;
+    for (int k = 0; k < plan.intervals; ++k) {
+      const JointVector q = plan.x[k].head(6), dq = plan.x[k].tail(6);
+      plan.u[k] = (k == 0 ? JointVector(next.dq - dq) : JointVector(-next.dq / braking)) / plan.dt;
+      plan.x[k + 1].resize(12);
+      plan.x[k + 1] << q + plan.dt * dq + 0.5 * plan.dt * plan.dt * plan.u[k], dq + plan.dt * plan.u[k];
+    }
     arm->follow(plan);
     arm->send(command);
   }
@@ -131,12 +184,16 @@ class ArmContract : public testing::TestWithParam<ArmMaker> {
   ArmState swing(double amplitude, double speed, double seconds) {
     ArmState state = wait_until_following();
     const JointVector q0 = state.joints.q;
-    const Time begin = state.joints.stamp.made;
+    const Time begin = state.joints.stamp.made, period = from_seconds(1.0 / arm->info().rate_hz);
+    const auto at = [&](Time now) {
+      const double t = to_seconds(now - begin);
+      const JointVector ones = JointVector::Ones(6);
+      return command(q0 + amplitude * (1.0 - std::cos(speed * t)) * ones,
+                     amplitude * speed * std::sin(speed * t) * ones, now);
+    };
     while (to_seconds(state.joints.stamp.made - begin) < seconds && state.status == ArmStatus::kFollowing) {
       const double t = to_seconds(state.joints.stamp.made - begin);
-      const JointVector ones = JointVector::Ones(6);
-      send(command(q0 + amplitude * (1.0 - std::cos(speed * t)) * ones, amplitude * speed * std::sin(speed * t) * ones,
-                   state.joints.stamp.made));
+      send(at(state.joints.stamp.made), at(state.joints.stamp.made + period));
       state = arm->receive();
       largest_error = std::max(largest_error, (state.joints.q - q0).cwiseAbs().maxCoeff() -
                                                   amplitude * (1.0 - std::cos(std::min(M_PI, speed * t))));

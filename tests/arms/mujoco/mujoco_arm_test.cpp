@@ -10,6 +10,7 @@
 #include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/files/config/task_file.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
 #include "support/allocation_guard.hpp"
 #include "support/manual_clock.hpp"
@@ -221,25 +222,70 @@ TEST_F(OnUr5e, RefusesTasksThatTheirFilesDoNotFit) {
   EXPECT_NE(objects.error().message.find("forbids contact with geom 'chair', which "), std::string::npos);
 }
 
+/// A tree of joints, whose tools have the same geometry.
+TEST(TwoArmsInOneScene, MoveAndCloseTheirGrippersByThemselves) {
+  const RobotModel model = *open_robot("two_ur5e");
+  Task task;
+  task.tool = open_task("stack")->tool;
+  ManualClock clock;
+  auto made = MujocoArm::make(model, *open_dynamics("two_ur5e"), {}, task, {}, clock);
+  ASSERT_TRUE(made) << made.error().message;
+  MujocoArm& arm = **made;
+  ASSERT_EQ(arm.info().gripper, (PerTool<bool>{true, true}));
+  ArmState state;
+  while ((state = arm.receive()).status != ArmStatus::kFollowing) {
+  }
+  const Time begin = state.joints.stamp.made;
+  const auto way = [&](Time now) { return 0.15 * (1.0 - std::cos(2.0 * to_seconds(now - begin))); };
+  JointVector q = model.home;
+  for (int i = 0; i < 500; ++i) {
+    const Time now = state.joints.stamp.made;
+    const double t = to_seconds(now - begin);
+    q.tail(6) = model.home.tail(6).array() + way(now);
+    JointCommand command{state.joints.stamp, q, 0.0 * q, 0.0 * q};
+    command.dq.tail(6).setConstant(0.3 * std::sin(2.0 * t));
+    command.gripper = {1.0, 0.0};
+    arm.send(command);
+    state = arm.receive();
+  }
+  EXPECT_EQ(state.status, ArmStatus::kFollowing) << state.reason;
+  const Time then = state.joints.stamp.made - from_seconds(arm.info().delay);
+  EXPECT_LT((state.joints.q - model.home).head(6).norm(), 2e-3) << "the left arm stays";
+  EXPECT_LT(((state.joints.q - model.home).tail(6).array() - way(then)).abs().maxCoeff(), 5e-3);
+  EXPECT_NEAR(*state.joints.gripper[0], 1.0, 0.05);
+  EXPECT_NEAR(*state.joints.gripper[1], 0.0, 0.05);
+  const SceneModel& scene = arm.scene_model();
+  Kinematics kinematics(model);
+  kinematics.set_position(model.home);
+  const std::unique_ptr<mjData, void (*)(mjData*)> data(mujoco().mj_makeData(scene.model.get()),
+                                                        mujoco().mj_deleteData);
+  for (int k = 0; k < model.dof(); ++k) data->qpos[scene.position[k]] = model.home[k];
+  mujoco().mj_kinematics(scene.model.get(), data.get());
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Map<const Vector3> p(data->xpos + 3 * scene.tool[i]);
+    EXPECT_LT((p - kinematics.p(i)).norm(), 1e-9) << model.tools[i].name;
+  }
+}
+
 TEST(Robotiq2f85, ClosesAndOpensInItsTimeAndPadsStayParallel) {
   const RobotModel model = *open_robot("ur5e_gripper");
   const Task task = *open_task("stack");
   ManualClock clock;
   auto arm = *MujocoArm::make(model, *open_dynamics("ur5e_gripper"), {}, task, {}, clock);
-  ASSERT_TRUE(arm->info().gripper);
+  ASSERT_TRUE(arm->info().gripper[0]);
   ArmState state;
   while ((state = arm->receive()).status != ArmStatus::kFollowing) {
   }
-  EXPECT_NEAR(*state.joints.gripper, 0.0, 0.02);
+  EXPECT_NEAR(*state.joints.gripper[0], 0.0, 0.02);
   JointCommand command{state.joints.stamp, model.home, 0.0 * model.home, 0.0 * model.home};
   const auto goes_to = [&](double wish, double duration) {
     for (int i = 0; i < static_cast<int>(500.0 * duration); ++i) {
       command.stamp = state.joints.stamp;
-      command.gripper = wish;
+      command.gripper[0] = wish;
       arm->send(command);
       state = arm->receive();
     }
-    return *state.joints.gripper;
+    return *state.joints.gripper[0];
   };
   EXPECT_NEAR(goes_to(1.0, 0.5 * *model.tool().gripper_time), 0.5, 0.15);
   EXPECT_NEAR(goes_to(1.0, *model.tool().gripper_time), 1.0, 0.05);

@@ -55,11 +55,12 @@ class Ros2BridgeTest : public testing::Test {
 
 TEST_F(Ros2BridgeTest, ShowsTargetPathAndLiquid) {
   SessionSnapshot snapshot;
-  snapshot.target.X_base_tool = {{0.1, 0.2, 0.3}, Quaternion(Eigen::AngleAxisd(0.5, Vector3::UnitZ()))};
-  snapshot.path_nodes = 3;
-  for (int k = 0; k < 3; ++k) snapshot.path[k].p = {1.0 * k, 0.0, 0.5};
-  snapshot.X_base_tool.p = {0.4, 0.5, 0.6};
-  snapshot.liquid.tilt_x = 0.1;
+  ToolSnapshot& tool = snapshot.tools[0];
+  tool.target.X_base_tool = {{0.1, 0.2, 0.3}, Quaternion(Eigen::AngleAxisd(0.5, Vector3::UnitZ()))};
+  tool.path_nodes = 3;
+  for (int k = 0; k < 3; ++k) tool.path[k].p = {1.0 * k, 0.0, 0.5};
+  tool.X_base_tool.p = {0.4, 0.5, 0.6};
+  tool.liquid.tilt_x = 0.1;
   Pose target;
   std::vector<double> path;
   std::vector<Pose> markers;
@@ -87,14 +88,56 @@ TEST_F(Ros2BridgeTest, ShowsTargetPathAndLiquid) {
   bridge->publish(snapshot);
   peer.reset();  // whose callbacks use what is here
   const Pose X_base_root{model.mount.translation(), Quaternion(model.mount.linear())};
-  EXPECT_LT((X_base_root * target.p - snapshot.target.X_base_tool.p).norm(), 1e-12);
-  EXPECT_LT((X_base_root * target).q.angularDistance(snapshot.target.X_base_tool.q), 1e-7);
+  EXPECT_LT((X_base_root * target.p - tool.target.X_base_tool.p).norm(), 1e-12);
+  EXPECT_LT((X_base_root * target).q.angularDistance(tool.target.X_base_tool.q), 1e-7);
   ASSERT_EQ(path.size(), 3u);
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(path[k], k - 0.1, 1e-12);
   ASSERT_EQ(markers.size(), 2u);
-  EXPECT_LT((X_base_root * markers[0].p - snapshot.X_base_tool.p).norm(), 1e-12);
+  EXPECT_LT((X_base_root * markers[0].p - tool.X_base_tool.p).norm(), 1e-12);
   EXPECT_NEAR(markers[1].q.angularDistance(markers[0].q), 0.1, 1e-9);
   EXPECT_EQ(frames, std::vector<std::string>(4, frame));
+}
+
+TEST(Ros2Topics, HaveTheNamesOfFurtherTools) {
+  const std::vector<std::string> names{"left", "right"};
+  EXPECT_EQ(topic_of("/steadyhand/target", names, 0), "/steadyhand/target");
+  EXPECT_EQ(topic_of("/steadyhand/target", names, 1), "/steadyhand/right/target");
+  EXPECT_EQ(topic_of("/hand", names, 1), "/right/hand");
+  EXPECT_EQ(topic_of("hand", names, 1), "right/hand");
+  EXPECT_EQ(topic_of("/hand", {"a", "2nd arm"}, 1), "/_2nd_arm/hand") << "no topic may have such a name";
+}
+
+/// The second tool has its topics; poses for it move neither the first tool nor its grip.
+TEST_F(Ros2BridgeTest, EachToolHasItsTopics) {
+  model.tools.push_back(model.tools[0]);
+  model.tools[1].name = "right";
+  auto opened = Ros2Bridge::open(
+      model, glass, settings, clock, [this](const OperatorSample& sample) { samples.push_back(sample); },
+      [this](const char* what) { failures.emplace_back(what); });
+  ASSERT_TRUE(opened);
+  bridge = std::move(*opened);
+  SessionSnapshot snapshot;
+  snapshot.tool_count = 2;
+  snapshot.tools[1].target.X_base_tool.p = {0.4, 0.5, 0.6};
+  Vector3 target = Vector3::Zero();
+  ASSERT_TRUE(peer->listen<PoseStampedMessage>("/steadyhand/right/target", [&](const auto& message, auto) {
+    target = {message.pose.position.x, message.pose.position.y, message.pose.position.z};
+  }));
+  auto publisher = peer->publish<PoseStampedMessage>("/right" + settings.hand);
+  ASSERT_TRUE(publisher);
+  bridge->publish(snapshot);
+  const Pose X_base_root{model.mount.translation(), Quaternion(model.mount.linear())};
+  EXPECT_LT((X_base_root * target - snapshot.tools[1].target.X_base_tool.p).norm(), 1e-12);
+  for (int i = 0; i < 3; ++i) send(*publisher, {}, frame);
+  ASSERT_EQ(samples.size(), 3u);
+  for (const OperatorSample& sample : samples) EXPECT_EQ(sample.tool, 1);
+  EXPECT_TRUE(samples.back().clutch);
+  clock.advance(0.3);
+  bridge->poll(clock.now());
+  ASSERT_EQ(samples.size(), 4u) << "the first tool's hand sent nothing";
+  EXPECT_EQ(samples.back().tool, 1);
+  EXPECT_FALSE(samples.back().clutch);
+  peer.reset();  // whose callbacks use what is here
 }
 
 TEST_F(Ros2BridgeTest, PosesAreAHandThatGripsWhileTheyCome) {
@@ -150,7 +193,7 @@ TEST_F(Ros2BridgeTest, PosesThatNeverPauseBeforeTheArmIsReadyAreNamed) {
   ASSERT_TRUE(publisher);
   SessionSnapshot snapshot;
   const auto notices_after = [&](double seconds, SupervisionState state, bool heeded = true) {
-    snapshot.state = state;
+    snapshot.tools[0].state = state;
     for (int i = 0; i < std::lround(seconds / 0.04); ++i) {
       send(*publisher, {}, frame);
       clock.advance(0.04);

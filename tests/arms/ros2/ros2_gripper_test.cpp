@@ -266,7 +266,7 @@ class Ros2ArmWithGripper : public testing::Test {
       command.stamp = state.joints.stamp;
       command.q = model.home;
       command.dq = command.ddq = JointVector::Zero(6);
-      command.gripper = closed;
+      command.gripper[0] = closed;
       make_straight_stop(model, command, 0.0, plan);
       arm->follow(plan);
       arm->send(command);
@@ -284,14 +284,14 @@ class Ros2ArmWithGripper : public testing::Test {
 };
 
 TEST_F(Ros2ArmWithGripper, IsLedByItsCommandsAndStopsWhenTheGripperIsNotWell) {
-  EXPECT_TRUE(arm->info().gripper);
+  EXPECT_TRUE(arm->info().gripper[0]);
   run(1.5, 0.75);
   ASSERT_EQ(state.status, ArmStatus::kFollowing) << state.reason;
   ASSERT_EQ(server->goals.size(), 1u);
   EXPECT_DOUBLE_EQ(server->goals[0].position, 0.6);
   server->feed_back(0.6);
   run(0.1, 0.75);
-  EXPECT_NEAR(state.joints.gripper.value_or(-1.0), 0.75, 1e-12);
+  EXPECT_NEAR(state.joints.gripper[0].value_or(-1.0), 0.75, 1e-12);
   server->rejects = true;
   run(1.0, 0.0);
   EXPECT_EQ(state.status, ArmStatus::kStopped);
@@ -330,7 +330,7 @@ TEST_F(Ros2ArmWithGripper, JointStatesTellWhereItIsAndWithoutAServerItDoesNotBeg
   message.position = sequence_of<decltype(message.position)>(at);
   EXPECT_TRUE(states->send(message));
   run(0.1, 0.25);
-  EXPECT_NEAR(state.joints.gripper.value_or(-1.0), 0.25, 1e-12);
+  EXPECT_NEAR(state.joints.gripper[0].value_or(-1.0), 0.25, 1e-12);
   server.reset();
   run(8.0, 0.25);
   EXPECT_EQ(state.status, ArmStatus::kStopped);

@@ -95,9 +95,9 @@ TEST_F(Robotiq, OfAnArmIsPartOfItsCommandsAndStopsItWhenItIsNotWell) {
   model.home = random_joints(6, 1.0, random);
   ManualClock clock;
   UrLockstep arm(model, {}, clock);
-  EXPECT_FALSE(arm.info().gripper);
+  EXPECT_FALSE(arm.info().gripper[0]);
   arm.take_gripper(*connect());
-  EXPECT_TRUE(arm.info().gripper);
+  EXPECT_TRUE(arm.info().gripper[0]);
   ArmState state;
   const auto run = [&](double closed) {
     state = arm.receive();
@@ -106,7 +106,7 @@ TEST_F(Robotiq, OfAnArmIsPartOfItsCommandsAndStopsItWhenItIsNotWell) {
     command.stamp = state.joints.stamp;
     command.q = model.home;
     command.dq = command.ddq = JointVector::Zero(6);
-    command.gripper = closed;
+    command.gripper[0] = closed;
     arm.send(command);
   };
   for (int i = 0; i < 2000 && state.status != ArmStatus::kFollowing; ++i) run(0.5);
@@ -114,7 +114,7 @@ TEST_F(Robotiq, OfAnArmIsPartOfItsCommandsAndStopsItWhenItIsNotWell) {
   await(
       [&] {
         run(0.5);
-        return state.joints.gripper == 128.0 / 255.0;
+        return state.joints.gripper[0] == 128.0 / 255.0;
       },
       "the gripper to be half closed, as measured");
   server.refuses = true;

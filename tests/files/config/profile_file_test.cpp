@@ -60,6 +60,27 @@ TEST(Profile, ALiquidIsReadWithItsMargin) {
   EXPECT_FALSE(load_profile("waiter", kPlaces)->ocp.liquid);
 }
 
+TEST(Profile, APriorityScalesTheWeightsOfATool) {
+  const TemporaryFolder folder;
+  const auto weights = [&](const std::string& text) {
+    const auto profile = load_profile(folder.write("own.yaml", text).string(), kPlaces);
+    EXPECT_TRUE(profile) << profile.error().message;
+    return profile ? profile->ocp.weights : Weights();
+  };
+  const Weights scaled{{"position", {10, 10, 10, 5, 5, 5}}, {"orientation", {1, 2, 3, 2, 2.5, 3}}, {"lateral", {4}}};
+  EXPECT_EQ(weights("priority: [1, 0.5]\nweights: {position: 10, orientation: [1, 2, 3, 4, 5, 6], lateral: 4}\n"),
+            scaled);
+  const auto profile =
+      load_profile(folder.write("own.yaml", "priority: [1, 0.5]\nweights: {position: 10}\n").string(), kPlaces);
+  RobotModel robot;
+  robot.name = "one";
+  robot.tools.resize(1);
+  EXPECT_EQ(suits(*profile, robot).error().message,
+            "profile 'own' has a priority, which needs a robot with two tools; 'one' has one");
+  robot.tools.resize(2);
+  EXPECT_TRUE(suits(*profile, robot));
+}
+
 class ProfileRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(ProfileRefuses, WithTheReason) {
@@ -74,6 +95,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"prediction", "prediction: sideways\nweights: {}\n",
                 "own.yaml:1: prediction is 'sideways'; it must be constant_velocity or decaying"},
+        Refusal{"priority", "priority: [1, 0]\nweights: {}\n", "own.yaml:1: priority"},
+        Refusal{"priority_of_one", "priority: 0.5\nweights: {position: []}\n",
+                "own.yaml:1: priority has 1 numbers; 2 are expected, one for each tool"},
         Refusal{"tilt", "tilt: 190\nweights: {}\n", "own.yaml:1: tilt is 190; it must be at least 0 and at most 180"},
         Refusal{"liquid", "liquid: {frequencies: [1, 2]}\nweights: {}\n",
                 "own.yaml:1: liquid.frequencies has 2 numbers; 3 are expected"},
@@ -103,11 +127,11 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Profile, AnUnknownNameListsTheKnownOnes) {
   const auto profile = load_profile("quick", kPlaces);
   ASSERT_FALSE(profile);
-  EXPECT_NE(profile.error().message.find("anti-slosh, carry, follow, tracking, waiter"), std::string::npos)
+  EXPECT_NE(profile.error().message.find("anti-slosh, carry, follow, tracking, tray, waiter"), std::string::npos)
       << profile.error().message;
-  EXPECT_EQ(
-      load_profile("", kPlaces).error().message,
-      "profile '' is neither a file nor one of the names in profiles/: anti-slosh, carry, follow, tracking, waiter");
+  EXPECT_EQ(load_profile("", kPlaces).error().message,
+            "profile '' is neither a file nor one of the names in profiles/: anti-slosh, carry, follow, tracking, "
+            "tray, waiter");
 }
 
 TEST(Profile, AnObjectiveThatIsNullIsRefused) {

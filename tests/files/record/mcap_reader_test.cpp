@@ -323,7 +323,7 @@ TEST(SessionFile, ReadsBackWhatTheRecorderWrote) {
   for (std::size_t i = 0; i < steps.size(); ++i) {
     EXPECT_NEAR(session->steps[i].t_s, steps[i].t_s, 1e-9);
     EXPECT_EQ(session->steps[i].q, steps[i].q);
-    EXPECT_EQ(session->steps[i].X_base_planned.q.coeffs(), steps[i].X_base_planned.q.coeffs());
+    EXPECT_EQ(session->steps[i].tools[0].X_base_planned.q.coeffs(), steps[i].tools[0].X_base_planned.q.coeffs());
     EXPECT_EQ(session->steps[i].status, steps[i].status);
     EXPECT_EQ(session->commands[i].ddq, commands[i].ddq);
   }

@@ -51,15 +51,15 @@ TEST(PlanCsv, ReadsBackBitForBit) {
     const Row& row = rows[i];
     const auto value = [&](const std::string& name) { return std::stod(row.at(name)); };
     EXPECT_EQ(value("t_s"), step.t_s);
-    EXPECT_EQ(value("target_x_m"), step.X_base_target.p.x());
-    EXPECT_EQ(value("target_qw"), step.X_base_target.q.w());
-    EXPECT_EQ(value("planned_z_m"), step.X_base_planned.p.z());
-    EXPECT_EQ(value("planned_qx"), step.X_base_planned.q.x());
+    EXPECT_EQ(value("target_x_m"), step.tools[0].X_base_target.p.x());
+    EXPECT_EQ(value("target_qw"), step.tools[0].X_base_target.q.w());
+    EXPECT_EQ(value("planned_z_m"), step.tools[0].X_base_planned.p.z());
+    EXPECT_EQ(value("planned_qx"), step.tools[0].X_base_planned.q.x());
     EXPECT_EQ(value("q0_m"), step.q[0]);
     EXPECT_EQ(value("q2_rad"), step.q[2]);
     EXPECT_EQ(value("dq0_m_s"), step.dq[0]);
     EXPECT_EQ(value("ddq1_rad_s2"), step.ddq[1]);
-    EXPECT_EQ(value("local_acceleration_y_m_s2"), step.local_acceleration.y());
+    EXPECT_EQ(value("local_acceleration_y_m_s2"), step.tools[0].local_acceleration.y());
     EXPECT_EQ(value("objective"), step.objective);
     EXPECT_EQ(value("objective_position"), step.shares[0]);
     EXPECT_EQ(value("objective_lateral"), step.shares[1]);
@@ -67,7 +67,7 @@ TEST(PlanCsv, ReadsBackBitForBit) {
     EXPECT_EQ(value("solve_time_us"), step.solve_time_us);
     EXPECT_EQ(row.at("status"), to_string(step.status));
     EXPECT_EQ(value("smallest_sphere_distance_m"), step.smallest_sphere_distance_m);
-    EXPECT_EQ(row.at("engaged"), step.engaged ? "1" : "0");
+    EXPECT_EQ(row.at("engaged"), step.tools[0].engaged ? "1" : "0");
   }
 }
 

@@ -69,8 +69,8 @@ TEST(JsonMessages, FitTheirSchemas) {
   Reference reference;
   reference.nodes = 2;
   for (int k = 0; k < 2; ++k)
-    reference.tools[0].p[k] = some_pose().p, reference.tools[0].R[k] = some_pose().q.toRotationMatrix();
-  const std::array<Pose, 3> path = {some_pose(), some_pose(), some_pose()};
+    for (ToolReference& tool : reference.tools) tool.p[k] = some_pose().p, tool.R[k] = some_pose().q.toRotationMatrix();
+  const std::vector<Pose> path = {some_pose(), some_pose(), some_pose()};
   const JointCommand command{{}, JointVector::Random(3), JointVector::Random(3), JointVector::Random(3)};
   const JointState state{{}, JointVector::Random(3), JointVector::Random(3)};
 
@@ -81,18 +81,22 @@ TEST(JsonMessages, FitTheirSchemas) {
     EXPECT_TRUE(json.contains("timestamp"));
   };
   const Schema pose_schema = schema_of<Message<OperatorSample>, Message<Target>>(),
-               poses_schema = schema_of<Message<Reference>, PlanMessage>();
+               poses_schema = schema_of<ReferenceMessage, PlanMessage>();
   check(message_of(sample), pose_schema, "foxglove.PoseInFrame");
   check(message_of(target), pose_schema, "foxglove.PoseInFrame");
-  check(message_of(reference), poses_schema, "foxglove.PosesInFrame");
+  for (const int tools : {1, 2}) check(ReferenceMessage{{&reference}, tools}, poses_schema, "foxglove.PosesInFrame");
   const Plan plan = some_plan();
-  check(PlanMessage{{&plan}, path}, poses_schema, "foxglove.PosesInFrame");
+  check(PlanMessage{{&plan}, {path, {}}}, poses_schema, "foxglove.PosesInFrame");
+  check(PlanMessage{{&plan}, {path, path}}, poses_schema, "foxglove.PosesInFrame");
   check(message_of(command), schema_of<Message<JointCommand>>(), "steadyhand.JointCommand");
   check(message_of(state), schema_of<Message<JointState>>(), "steadyhand.JointState");
   const Cell cell{"desk", {{"ball", Shape::sphere(0.1), Eigen::Isometry3d::Identity()}}};
   check(CellLook{Time(7), {cell_json(cell)}}, schema_of<CellLook>(), "steadyhand.Cell");
   for (int i = 0; i < 100; ++i) {
-    check(StepMessage{test::random_step(random), {{"position", 0.5}}}, schema_of<StepMessage>(), "steadyhand.PlanStep");
+    PlanStep step = test::random_step(random);
+    step.tool_count = 1 + i % 2;
+    if (i % 2 == 1) step.distance_between_arms_m = 0.5;
+    check(StepMessage{step, {{"position", 0.5}}}, schema_of<StepMessage>(), "steadyhand.PlanStep");
   }
   check(StateChange{}, schema_of<StateChange>(), "steadyhand.Supervision");
   check(LiquidMessage{}, schema_of<LiquidMessage>(), "steadyhand.Liquid");

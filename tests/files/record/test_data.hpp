@@ -36,19 +36,19 @@ inline PlanStep random_step(std::mt19937& random) {
   };
   PlanStep step;
   step.t_s = 1 + uniform(random);
-  step.X_base_target = pose();
-  step.X_base_planned = pose();
+  step.tools[0].X_base_target = pose();
+  step.tools[0].X_base_planned = pose();
   step.q = vector(3);
   step.dq = vector(3);
   step.ddq = vector(3);
-  step.local_acceleration = vector(3);
+  step.tools[0].local_acceleration = vector(3);
   step.shares = {uniform(random), uniform(random)};
   step.objective = step.shares[0] + step.shares[1];
   step.iterations = static_cast<int>(random() % 30);
   step.solve_time_us = 1000 + 500 * uniform(random);
   step.status = static_cast<PlanOrigin>(random() % 3);
   step.smallest_sphere_distance_m = uniform(random);
-  step.engaged = random() % 2;
+  step.tools[0].engaged = random() % 2;
   return step;
 }
 

@@ -108,7 +108,7 @@ PlanStep one_joint_step(double t) {
   PlanStep step;
   step.t_s = t;
   step.q = step.dq = step.ddq = JointVector::Zero(1);
-  step.X_base_planned = step.X_base_target = Pose{};
+  step.tools[0].X_base_planned = step.tools[0].X_base_target = Pose{};
   return step;
 }
 
@@ -144,7 +144,7 @@ TEST(SessionLibrary, CountsSloshAndDistanceAsTheReportDoes) {
     for (int i = 0; i < 60; ++i) {                   // each second one is too near to be drawn
       PlanStep step = one_joint_step(1.0 + i / 60.0);
       step.engaged = i < 40;
-      step.X_base_target.p.x() = i % 2 == 0 ? 0.01 : 0.03;
+      step.tools[0].X_base_target.p.x() = i % 2 == 0 ? 0.01 : 0.03;
       ASSERT_TRUE(recorder->write(step));
     }
     ASSERT_TRUE(recorder->close());

@@ -41,8 +41,8 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
     const SupervisionChange change{now + std::chrono::milliseconds(3), snapshot.state, state, "", false};
     if (state != snapshot.state) taps.change(change);
     snapshot.state = state;
-    snapshot.liquid.spilled = spilled;
-    snapshot.liquid.spilled_share = spilled ? 0.25 : 0.0;
+    snapshot.tools[0].liquid.spilled = spilled;
+    snapshot.tools[0].liquid.spilled_share = spilled ? 0.25 : 0.0;
     for (const Time end = now + from_seconds(seconds); now < end; now += std::chrono::milliseconds(10)) {
       snapshot.now = now;
       taps.look(snapshot);

@@ -519,6 +519,106 @@ TEST_F(HubTest, TellsAClientWhoseSamplesAreOfAnotherClock) {
   EXPECT_LE(a.count("error"), 3);
 }
 
+/// A client in control of a robot with two tools; its clock is the session's, 5 s behind.
+struct TwoHands : HubTest {
+  TwoHands() : id(pair(client)) {
+    facts_.tools = 2;
+    say(id, {{"type", "take"}});
+  }
+  /// @param late s from when the hand was there to when the sample arrives
+  void send(int tool, std::uint64_t sequence, bool clutch = true, double late = 0.0) {
+    Json message = sample(sequence, to_seconds(now_) - 5.0 - late);
+    message["tool"] = tool;
+    message["clutch"] = clutch;
+    say(id, message);
+  }
+  std::vector<std::uint64_t> count() const {
+    std::vector<std::uint64_t> each(2);
+    for (const OperatorSample& one : samples_) ++each[one.tool];
+    return each;
+  }
+
+  FakeOutbox client;
+  std::uint64_t id;
+};
+using Counts = std::vector<std::uint64_t>;
+
+TEST_F(TwoHands, HaveAnOrderEach) {
+  send(0, 50);
+  send(1, 1);
+  EXPECT_EQ(count(), (Counts{1, 1}));
+  now_ += from_seconds(0.01);
+  send(0, 50);
+  send(1, 1);
+  EXPECT_EQ(count(), (Counts{1, 1})) << "duplicates";
+  send(0, 51);
+  send(1, 2, true, 0.005);
+  EXPECT_EQ(count(), (Counts{2, 2})) << "one hand was seen earlier than the other";
+  send(0, 52, true, 0.004);
+  EXPECT_EQ(count(), (Counts{2, 2})) << "but a hand does not go back in time";
+}
+
+TEST_F(TwoHands, OneReleasesLateAndTheOtherGoesOn) {
+  for (std::uint64_t i = 1; i <= 100; ++i) {
+    now_ += from_seconds(0.01);
+    send(0, i);
+    send(1, i);
+  }
+  now_ += from_seconds(0.01);
+  send(1, 3, false, 0.9);
+  ASSERT_EQ(samples_.back().tool, 1);
+  EXPECT_FALSE(samples_.back().clutch);
+  EXPECT_EQ(samples_.back().stamp.hand, now_) << "it counts from its arrival";
+  send(0, 101, true, 0.005);
+  EXPECT_EQ(samples_.back().tool, 0);
+  EXPECT_TRUE(samples_.back().clutch);
+  EXPECT_EQ(count(), (Counts{101, 101}));
+  send(1, 101, true, 0.005);
+  EXPECT_EQ(count(), (Counts{101, 101})) << "it was closed before that release";
+}
+
+/// As messages that are none, which are counted; a tool that only this robot lacks is no mistake of the message.
+TEST_F(TwoHands, ToolsThatThereAreNotAreRefused) {
+  const double now = to_seconds(now_);
+  for (const Json& tool : {Json(-1), Json(2), Json(1.5), Json("left"), Json(1e300), Json(nullptr)}) {
+    Json message = sample(1, now);
+    message["tool"] = tool;
+    say(id, message);
+    EXPECT_EQ(client.last_error(), "malformed") << tool;
+  }
+  facts_.tools = 1;
+  for (std::uint64_t i = 0; i < 2 * Hub::kMaxStrikes; ++i) {
+    now_ += from_seconds(0.1);
+    send(1, i, i % 2 == 0);
+  }
+  EXPECT_EQ(client.last_error(), "unknown");
+  EXPECT_EQ(client.last_words(), "'tool' is 1; the tools of this robot are 0 to 0");
+  say(id, {{"type", "request"}, {"kind", "attach"}, {"text", "bottle"}, {"tool", 1}});
+  EXPECT_TRUE(requests_.empty());
+  EXPECT_TRUE(samples_.empty());
+  EXPECT_FALSE(client.closed);
+  send(0, 1);
+  EXPECT_EQ(samples_.size(), 1u);
+}
+
+TEST_F(TwoHands, APolicySendsTargetsOfEachTool) {
+  std::vector<int> tools;
+  callbacks_.on_policy = [](const std::optional<PolicyInfo>&) { return Status(Done{}); };
+  callbacks_.on_target = [&](const PolicyTarget& target) { tools.push_back(target.tool); };
+  say(id, {{"type", "policy"}, {"name", "test"}, {"period_s", 0.05}});
+  const auto aim = [&](const Json& tool) {
+    Json message{{"type", "target"}, {"of_s", to_seconds(now_)}, {"p", {0, 0, 1}}, {"q", {0, 0, 0, 1}}};
+    if (!tool.is_null()) message["tool"] = tool;
+    say(id, message);
+  };
+  for (const Json& tool : {Json(), Json(1), Json(0)}) aim(tool);
+  EXPECT_EQ(tools, (std::vector{0, 1, 0}));
+  facts_.tools = 1;
+  aim(1);
+  EXPECT_EQ(tools.size(), 3u);
+  EXPECT_EQ(client.last_error(), "unknown");
+}
+
 TEST_F(HubTest, AClockThatWasSetBackIsUnderstoodAgain) {
   FakeOutbox a;
   const auto id = pair(a);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -95,7 +96,7 @@ TEST(Playback, GoesItsWayFirst) {
   const Pose first = recording.samples.front().X_operator_hand;
   std::vector<Pose> way(201, first);
   for (int i = 0; i <= 200; ++i) way[i].p.y() = first.p.y() - 0.001 * (200 - i);
-  Playback playback(recording, Time(0), way);
+  Playback playback(recording, Time(0), PerTool<std::vector<Pose>>{way});
   OperatorSample last, sample;
   std::vector<Pose> grips;
   for (Time now{0}; playback.rounds() < 2; now += std::chrono::milliseconds(1)) {
@@ -111,6 +112,66 @@ TEST(Playback, GoesItsWayFirst) {
   ASSERT_EQ(grips.size(), 2u);
   EXPECT_LT((grips[0].p - way.front().p).norm(), 1e-9);
   EXPECT_LT((grips[1].p - first.p).norm(), 1e-9) << "the second round begins where the first one ended";
+}
+
+/// Two hands, of which the second comes later, ends earlier, and is seen half as often.
+Recording both() {
+  Recording recording = away();
+  std::vector<OperatorSample> all;
+  for (std::size_t i = 0; i < recording.samples.size(); ++i) {
+    all.push_back(recording.samples[i]);
+    if (i % 2 != 0 || i < 30 || i > 70) continue;
+    all.push_back(recording.samples[i]);
+    all.back().tool = 1;
+    all.back().X_operator_hand.p.y() = 0.3 + 0.002 * static_cast<double>(i);
+  }
+  recording.samples = all;
+  return recording;
+}
+
+/// None of the hands falls silent or jumps; both grip and release together, wherever a busy machine costs them the
+/// grip.
+TEST(Playback, PlaysTwoHandsAtOnce) {
+  const Recording recording = both();
+  const Pose first = std::find_if(recording.samples.begin(), recording.samples.end(), [](const OperatorSample& sample) {
+                       return sample.tool == 1;
+                     })->X_operator_hand;
+  PerTool<std::vector<Pose>> ways;
+  ways[1].assign(101, first);
+  for (int i = 0; i <= 100; ++i) ways[1][i].p.z() += 0.001 * (100 - i);
+  for (const double lost_at : {100.0, 1.3, 2.4, 2.7, 4.0}) {
+    Playback playback(recording, Time(0), ways);
+    PerTool<std::vector<OperatorSample>> heard;
+    OperatorSample sample;
+    for (Time now{0}; playback.rounds() < 2; now += std::chrono::milliseconds(1)) {
+      if (now == from_seconds(lost_at)) {
+        EXPECT_GT(playback.closed_for(now, 0), Time(0));
+        EXPECT_GT(playback.closed_for(now, 1), Time(0));
+        playback.grip_anew(now);
+        playback.grip_anew(now);
+      }
+      while (playback.next(now, sample)) heard[sample.tool].push_back(sample);
+      ASSERT_GT(playback.due(), now);
+      ASSERT_LT(now, from_seconds(20.0));
+    }
+    PerTool<std::vector<double>> turns;
+    for (int t = 0; t < 2; ++t) {
+      ASSERT_GT(heard[t].size(), 100u);
+      for (std::size_t i = 1; i < heard[t].size(); ++i) {
+        const OperatorSample &before = heard[t][i - 1], &now = heard[t][i];
+        const double dt = to_seconds(now.stamp.hand - before.stamp.hand);
+        EXPECT_GT(dt, 0.0);
+        EXPECT_LT(dt, 0.035) << t << " at " << to_seconds(now.stamp.hand);
+        if (before.clutch && now.clutch) {
+          EXPECT_LT((now.X_operator_hand.p - before.X_operator_hand.p).norm(), 0.003 + 1.0 * dt);
+        }
+        if (now.clutch != before.clutch) turns[t].push_back(to_seconds(now.stamp.hand));
+      }
+      EXPECT_EQ(turns[t].size(), lost_at < 100.0 ? 6u : 4u);
+    }
+    ASSERT_EQ(turns[0].size(), turns[1].size());
+    for (std::size_t i = 0; i < turns[0].size(); ++i) EXPECT_NEAR(turns[0][i], turns[1][i], 0.025) << i;
+  }
 }
 
 /// Between two places at the sides of the arm, and at its back.

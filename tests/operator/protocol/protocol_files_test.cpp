@@ -68,24 +68,29 @@ OperatorView example_view() {
   s.measured.q << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6;
   s.measured.dq.setZero(6);
   s.measured.dq[5] = -1.0;
-  s.measured.gripper = 0.25;
-  s.command.gripper = 0.5;
   s.command.q = s.measured.q;
   s.command.q[5] = 0.5;
-  s.X_base_tool.p = {0.4, 0.0, 0.5};
-  s.target.X_base_tool = {{0.5, 0.0, 0.5}, Quaternion(0.8, 0.0, 0.0, 0.6)};
-  s.target.engaged = true;
-  s.local_acceleration = {0.25, 0.0, 9.81};
-  s.tracking_error = 0.1;
+  ToolSnapshot& tool = s.tools[0];
+  tool.state = s.state;
+  tool.reason = s.reason;
+  tool.cause = s.cause;
+  tool.X_base_tool.p = {0.4, 0.0, 0.5};
+  tool.target.X_base_tool = {{0.5, 0.0, 0.5}, Quaternion(0.8, 0.0, 0.0, 0.6)};
+  tool.target.engaged = true;
+  tool.target.leader = Leader::kPolicy;
+  tool.local_acceleration = {0.25, 0.0, 9.81};
+  tool.tracking_error = 0.1;
+  tool.gripper = 0.25;
+  tool.gripper_command = 0.5;
+  tool.path_nodes = 2;
+  tool.path[0].p = tool.X_base_tool.p;
+  tool.path[1].p = tool.target.X_base_tool.p;
+  tool.predicted = 1;
+  tool.prediction.p[0] = {0.5, 0.25, 0.5};
+  tool.prediction.spread[0] = {0.03125, 0.015625};
+  tool.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true, 0.125, -0.25, 1.5};
   s.clearance = 0.0625;
   s.nearest = {4, 27};
-  s.path_nodes = 2;
-  s.path[0].p = s.X_base_tool.p;
-  s.path[1].p = s.target.X_base_tool.p;
-  s.prediction.nodes = 1;
-  s.prediction.tools[0].p[0] = {0.5, 0.25, 0.5};
-  s.prediction.tools[0].spread[0] = {0.03125, 0.015625};
-  s.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true, 0.125, -0.25, 1.5};
   s.solve_us = {2000, 4000, 5000, 6000};
   s.latency_us = {12000, 21000, 22000, 23000};
   s.plans = 10;
@@ -100,7 +105,6 @@ OperatorView example_view() {
   s.episode = {true, 3, 4.5, 1, 1, 2, std::nullopt};
   s.scene.things = 1;
   s.scene.thing[0].X_base_thing.p = {0.5, 0.0, 0.25};
-  s.target.leader = Leader::kPolicy;
   s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, 0.5, 0.0625, true, 0.25, -1, "cloned", true};
   return s;
 }
@@ -119,8 +123,12 @@ std::vector<std::string> examples() {
   facts.cameras = {{"front", 320, 240, 15.0}};
   facts.task = {"carry", "Carry the glass to the mark.", 30.0, {"glass at mark"}, {"mark", "glass"}};
   OperatorView idle;
-  idle.local_acceleration = kGravity;
-  idle.tracking_error = idle.clearance = std::numeric_limits<double>::quiet_NaN();
+  idle.tool_count = 2;
+  idle.clearance = std::numeric_limits<double>::quiet_NaN();
+  for (ToolSnapshot& tool : idle.tools) {
+    tool.local_acceleration = kGravity;
+    tool.tracking_error = std::numeric_limits<double>::quiet_NaN();
+  }
   ServerFacts bare;
   bare.glass = facts.glass;
   return {to_json(WelcomeMessage{kProtocolVersion, 3, facts}),

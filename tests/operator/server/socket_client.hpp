@@ -55,7 +55,7 @@ class SocketClient {
   bool part();
   /// The data of the newest pong that was read.
   const std::string& pong() const;
-  void greet() { say({{"type", "hello"}, {"version", 2}}); }
+  void greet() { say({{"type", "hello"}, {"version", 3}}); }
 
  private:
   struct Impl;

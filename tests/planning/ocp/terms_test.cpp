@@ -52,6 +52,7 @@ struct Fixture {
       if (i % 3 == 1) {  // by what is carried
         near.body = kMaxBodies;
         near.carried = carried(shapes[(i / 3) % 3], i % model_.tool_count());
+        if (model_.tool_count() > 1 && i % 2) near.obstacle = carried(shapes[i % 3], 1 - near.carried.tool);
       } else if (i % 3 == 2) {  // by the arm, to what is carried
         near.obstacle = carried(shapes[(i / 3) % 3], i % model_.tool_count());
       }

@@ -204,5 +204,90 @@ TEST(Pipeline, RefusesAModelThatIsNoArm) {
   EXPECT_NE(Pipeline::make(model, settings).error().message.find("home[0] = 100 is outside"), std::string::npos);
 }
 
+/// Each hand its own way for a second; the last command.
+JointCommand lead_both(Pipeline& arm, bool left, bool right) {
+  JointCommand command;
+  for (int i = 0; i <= 500; ++i) {
+    const double now = i / 500.0;
+    if (i % 5 == 0) {
+      for (const int tool : {0, 1}) {
+        OperatorSample sample = hand(now, (tool == 0 ? 0.1 : -0.1) * now, tool == 0 ? left : right);
+        sample.tool = tool;
+        EXPECT_TRUE(arm.feed(sample));
+      }
+    }
+    command = arm.update(from_seconds(now));
+  }
+  return command;
+}
+
+Pose tool_of(const RobotModel& model, const JointVector& q, int tool) {
+  Kinematics arm(model);
+  arm.set_position(q);
+  return {arm.p(tool), Quaternion(arm.R(tool))};
+}
+
+TEST(PipelineOfTwoTools, EachFollowsItsHand) {
+  const auto made = open_pipeline("two_ur5e", "tracking");
+  ASSERT_TRUE(made) << made.error().message;
+  Pipeline& arm = **made;
+  const JointCommand command = lead_both(arm, true, true);
+  Vector3 moved[2];
+  for (const int t : {0, 1}) {
+    const Pose there = tool_of(arm.model(), command.q, t);
+    moved[t] = there.p - tool_of(arm.model(), arm.model().home, t).p;
+    EXPECT_NEAR(moved[t].norm(), 0.05, 0.01);  // half of the hand's way
+    EXPECT_TRUE(arm.target(t).engaged);
+    EXPECT_LT((there.p - arm.target(t).X_base_tool.p).norm(), 0.01);
+  }
+  EXPECT_LT(moved[0].normalized().dot(moved[1].normalized()), -0.9);
+}
+
+TEST(PipelineOfTwoTools, AToolWithoutAHandStaysWhereItIs) {
+  for (const bool sees_hand : {true, false}) {
+    const auto made = open_pipeline("two_ur5e", "tracking");
+    ASSERT_TRUE(made);
+    Pipeline& arm = **made;
+    JointCommand command;
+    if (sees_hand) {
+      command = lead_both(arm, false, true);
+    } else {
+      for (int i = 0; i <= 100; ++i) {
+        OperatorSample sample = hand(0.01 * i, 0.001 * i, true);
+        sample.tool = 1;
+        ASSERT_TRUE(arm.feed(sample));
+        command = arm.update(from_seconds(0.01 * i));
+      }
+    }
+    const JointVector& home = arm.model().home;
+    EXPECT_GT((tool_of(arm.model(), command.q, 1).p - tool_of(arm.model(), home, 1).p).norm(), 0.03);
+    EXPECT_LT((command.q - home).head(6).cwiseAbs().maxCoeff(), 1e-4) << sees_hand;
+    EXPECT_FALSE(arm.target(0).engaged);
+  }
+}
+
+TEST(PipelineOfTwoTools, OneHandMovesBothThatHoldOneThing) {
+  const auto made = open_pipeline("two_ur5e", "tray");
+  ASSERT_TRUE(made) << made.error().message;
+  Pipeline& arm = **made;
+  const JointVector home = arm.model().home, q = lead_both(arm, true, false).q;
+  const auto between = [&](const JointVector& at) {
+    return tool_of(arm.model(), at, 0).inverse() * tool_of(arm.model(), at, 1);
+  };
+  for (const int t : {0, 1}) EXPECT_GT((tool_of(arm.model(), q, t).p - tool_of(arm.model(), home, t).p).norm(), 0.02);
+  EXPECT_LT((between(q).p - between(home).p).norm(), 0.01);
+}
+
+TEST(PipelineOfTwoTools, RefusesAHandOfAToolThatItLacks) {
+  const auto arm = make();
+  for (const int tool : {-1, 1}) {
+    OperatorSample sample = hand(0.0, 0.0, true);
+    sample.tool = tool;
+    const Status refused = arm->feed(sample);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("robot 'ur5e' has 1 tool, counted from 0"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace steadyhand

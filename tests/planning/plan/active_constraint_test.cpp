@@ -24,7 +24,7 @@ struct Standing : testing::Test {
     reference.nodes = 8;
     reach = {Vector3::Zero(), arm.p().norm() + 0.1};
   }
-  ActiveConstraint active() { return active_constraint(plan, 8, instance, reach, arm); }
+  ActiveConstraint active() { return active_constraint(plan, 8, instance, {&reach, 1}, arm); }
 
   std::mt19937 random;
   RobotModel model;
@@ -72,6 +72,15 @@ TEST_F(Standing, APairAtItsClearanceIsTouched) {
 TEST_F(Standing, AReferenceThatWasClippedIsTheReach) {
   reference.tools[0].p[5] *= reach.radius / reference.tools[0].p[5].norm();
   EXPECT_EQ(active().kind, ConstraintKind::kReach);
+}
+
+TEST_F(Standing, EachToolHasItsReach) {
+  std::array reaches{reach, Reach{reach.center, 0.5 * reach.radius}};
+  reference.tools[1].p.fill(Vector3(0.0, 0.0, 0.4 * reach.radius));
+  const auto kind = [&] { return active_constraint(plan, 8, instance, reaches, arm).kind; };
+  EXPECT_EQ(kind(), ConstraintKind::kNone);
+  reference.tools[1].p[7] *= 1.25;
+  EXPECT_EQ(kind(), ConstraintKind::kReach);
 }
 
 }  // namespace

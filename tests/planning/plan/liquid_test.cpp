@@ -272,6 +272,63 @@ TEST(CarryingPlanner, WhatIsFarAwayPullsNoHarderThanAWaveCosts) {
   EXPECT_EQ(loop.planner->instance().reference.tools[0].p[0], far.tools[0].p[0]);
 }
 
+/// A term of the same name with one weight for all tools.
+class OnePosition final : public Objective {
+ public:
+  OnePosition() : Objective({.name = "position", .label = "Position", .unit = "1/(m^2 s)"}) {}
+  Nodes nodes() const override { return Nodes::kStates; }
+  double value(const Node& node, const JointVector& weight) const override {
+    double sum = 0.0;
+    for (int t = 0; t < node.arm.tool_count(); ++t) sum += error(node, t).squaredNorm();
+    return weight[0] * sum;
+  }
+  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
+    for (int t = 0; t < node.arm.tool_count(); ++t) {
+      for (const int i : node.arm.chain(t)) gradient[i] += 2.0 * weight[0] * error(node, t).dot(node.arm.dp(i, t));
+    }
+  }
+  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
+    for (int t = 0; t < node.arm.tool_count(); ++t) {
+      for (const int j : node.arm.chain(t)) {
+        for (const int i : node.arm.chain(t)) {
+          if (i > j) break;
+          hessian(i, j) +=
+              2.0 * weight[0] * (node.arm.dp(i, t).dot(node.arm.dp(j, t)) + error(node, t).dot(node.arm.d2p(i, j, t)));
+        }
+      }
+    }
+  }
+  using Objective::add_gradient, Objective::add_hessian, Objective::value;
+
+ private:
+  static Vector3 error(const Node& node, int tool) { return node.arm.p(tool) - node.reference[tool].p; }
+};
+
+TEST(CarryingPlanner, ReadsTheWeightOfAnOwnPositionTerm) {
+  std::mt19937 random(4);
+  RobotModel model = random_tree(0, 4, 5, random, false);
+  model.pairs.clear();
+  Kinematics arm(model);
+  OcpSettings settings;
+  settings.liquid.emplace();
+  settings.objectives[0] = std::make_shared<OnePosition>();
+  settings.weights = {{"position", {400}}, {"velocity", {0.1}}, {"acceleration", {0.02}}};
+  auto made = Planner::make(model, settings, {});
+  ASSERT_TRUE(made) << made.error().message;
+  Planner& planner = **made;
+  arm.set_position(model.home);
+  Reference far;
+  far.nodes = settings.horizon;
+  for (int t = 0; t < 2; ++t) {
+    far.tools[t].p.fill(arm.p(t) + Vector3(0.0, 6.0, 8.0));
+    far.tools[t].R.fill(arm.R(t));
+  }
+  (void)planner.update(far);
+  const double most = settings.liquid->price / (2.0 * 400.0);
+  for (int t = 0; t < 2; ++t)
+    EXPECT_LT((planner.instance().reference.tools[t].p[3] - arm.p(t) - most * Vector3(0.0, 0.6, 0.8)).norm(), 1e-12);
+}
+
 TEST(CarryingPlanner, AllocatesNothing) {
   CarryingLoop loop(2);
   std::vector<Reference> references;

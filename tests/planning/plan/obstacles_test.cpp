@@ -460,7 +460,7 @@ TEST(Obstacles, WhatIsCarriedDoesNotTouchTheArmBetweenNodes) {
     carried.list[0].ignores.reset(body);
     const auto apart = [&](double t) {
       loop.arm.set_position(sample(plan, from_seconds(t)).q);
-      return carried_gap(loop.arm, static_cast<int>(body), carried.list[0]);
+      return solid_gap(loop.arm, carried, static_cast<int>(body), solid_of(0));
     };
     const double half_way = apart(0.5 * plan.dt);
     if (half_way < 1e-3 || std::min(apart(0.0), apart(2.0 * plan.dt)) < half_way + 3e-4) continue;

@@ -18,7 +18,7 @@ namespace {
 PlanStep still_step() {
   PlanStep step;
   step.q = step.dq = step.ddq = JointVector::Zero(2);
-  step.engaged = true;
+  step.tools[0].engaged = true;
   return step;
 }
 
@@ -57,10 +57,10 @@ TEST(Percentile, AtLeastThatShareIsNotAboveAndItIsTheSmallestSuchValue) {
 
 TEST(Metrics, OfHandMadeSteps) {
   std::vector<PlanStep> steps(4, still_step());
-  steps[0].local_acceleration = {3, 4, 9};
-  steps[1].local_acceleration = {0, -1, 5};
-  steps[0].X_base_planned.p = {0.03, 0, 0.04};
-  steps[2].X_base_planned.q = Eigen::AngleAxisd(0.2, Vector3(1, 2, 3).normalized());
+  steps[0].tools[0].local_acceleration = {3, 4, 9};
+  steps[1].tools[0].local_acceleration = {0, -1, 5};
+  steps[0].tools[0].X_base_planned.p = {0.03, 0, 0.04};
+  steps[2].tools[0].X_base_planned.q = Eigen::AngleAxisd(0.2, Vector3(1, 2, 3).normalized());
   for (int k = 0; k < 4; ++k) {
     steps[k].solve_time_us = 1000 * (k + 1);
     steps[k].iterations = 2 * k;
@@ -73,13 +73,13 @@ TEST(Metrics, OfHandMadeSteps) {
 
   const Metrics m = evaluate(steps, {}, limits());
   EXPECT_EQ(m.steps, 4);
-  EXPECT_DOUBLE_EQ(m.lateral_mean, 6.0 / 4);
-  EXPECT_DOUBLE_EQ(m.lateral_p99, 5);
-  EXPECT_DOUBLE_EQ(m.vertical_min, 5);
-  EXPECT_NEAR(m.position_rms, 0.05 / 2, 1e-15);
-  EXPECT_NEAR(m.position_max, 0.05, 1e-15);
-  EXPECT_NEAR(m.orientation_rms, 0.1, 1e-12);
-  EXPECT_NEAR(m.orientation_max, 0.2, 1e-12);
+  EXPECT_DOUBLE_EQ(m.tools[0].lateral_mean, 6.0 / 4);
+  EXPECT_DOUBLE_EQ(m.tools[0].lateral_p99, 5);
+  EXPECT_DOUBLE_EQ(m.tools[0].vertical_min, 5);
+  EXPECT_NEAR(m.tools[0].position_rms, 0.05 / 2, 1e-15);
+  EXPECT_NEAR(m.tools[0].position_max, 0.05, 1e-15);
+  EXPECT_NEAR(m.tools[0].orientation_rms, 0.1, 1e-12);
+  EXPECT_NEAR(m.tools[0].orientation_max, 0.2, 1e-12);
   EXPECT_DOUBLE_EQ(m.solve_mean, 2500);
   EXPECT_DOUBLE_EQ(m.solve_p50, 2000);
   EXPECT_DOUBLE_EQ(m.solve_p999, 4000);
@@ -104,16 +104,16 @@ TEST(Metrics, CommandsBetweenTheStepsCount) {
 
 TEST(Metrics, ErrorsAreThoseOfEngagedSteps) {
   std::vector<PlanStep> steps(3, still_step());
-  steps[0].X_base_planned.p.x() = 0.3;
-  steps[1].X_base_planned.p.x() = 5;
-  steps[1].engaged = false;
-  steps[2].X_base_planned.p.x() = 0.3;
+  steps[0].tools[0].X_base_planned.p.x() = 0.3;
+  steps[1].tools[0].X_base_planned.p.x() = 5;
+  steps[1].tools[0].engaged = false;
+  steps[2].tools[0].X_base_planned.p.x() = 0.3;
   const Metrics m = evaluate(steps, {}, limits());
-  EXPECT_DOUBLE_EQ(m.position_rms, 0.3);
-  EXPECT_DOUBLE_EQ(m.position_max, 0.3);
+  EXPECT_DOUBLE_EQ(m.tools[0].position_rms, 0.3);
+  EXPECT_DOUBLE_EQ(m.tools[0].position_max, 0.3);
 
-  for (PlanStep& step : steps) step.engaged = false;
-  EXPECT_EQ(evaluate(steps, {}, limits()).position_rms, 0);
+  for (PlanStep& step : steps) step.tools[0].engaged = false;
+  EXPECT_EQ(evaluate(steps, {}, limits()).tools[0].position_rms, 0);
 }
 
 TEST(Metrics, KeepTheirOrderAndForgetTheOrderOfSteps) {
@@ -122,9 +122,9 @@ TEST(Metrics, KeepTheirOrderAndForgetTheOrderOfSteps) {
     ProfileResult run = test::sample_profile("p", "P", 0.1, 0.5, 3000, seed, 2 + 0.3 * seed);
     for (PlanStep& step : run.steps) step.object_distances = {{"table", 1e-3 * static_cast<double>(random() % 1000)}};
     const Metrics m = evaluate(run.steps, run.commands, run.limits);
-    EXPECT_LE(m.lateral_mean, m.lateral_p99);
-    EXPECT_LE(m.position_rms, m.position_max);
-    EXPECT_LE(m.orientation_rms, m.orientation_max);
+    EXPECT_LE(m.tools[0].lateral_mean, m.tools[0].lateral_p99);
+    EXPECT_LE(m.tools[0].position_rms, m.tools[0].position_max);
+    EXPECT_LE(m.tools[0].orientation_rms, m.tools[0].orientation_max);
     EXPECT_LE(m.solve_p50, m.solve_p99);
     EXPECT_LE(m.solve_p99, m.solve_p999);
     EXPECT_LE(m.solve_p999, m.solve_max);
@@ -193,7 +193,7 @@ TEST(FormatTable, FitsATerminalAndIsAligned) {
   const std::array known{metrics_of(input.profiles[0])};
   const auto rows = metric_rows();
   const auto told = std::count_if(rows.begin(), rows.end(), [&](const auto& row) { return is_known(row, known); });
-  EXPECT_EQ(told, static_cast<std::ptrdiff_t>(rows.size()) - 3);  // a replay's spills are unknown
+  EXPECT_EQ(told, static_cast<std::ptrdiff_t>(rows.size()) - 4);  // a replay's spills are unknown
   EXPECT_EQ(values, static_cast<int>(told) + 1);                  // and the header
 }
 

@@ -90,7 +90,7 @@ TEST(PageData, ThinningKeepsTheWorst) {
   const double smallest_distance = *std::min_element(data["distance"].begin(), data["distance"].end());
   constexpr double kRounding = 1e-5;  // the page has six figures
   EXPECT_NEAR(largest(data["solve_time"]) / (1e-3 * metrics.solve_max), 1, kRounding);
-  EXPECT_NEAR(largest(data["position_error"]) / (1e3 * metrics.position_max), 1, kRounding);
+  EXPECT_NEAR(largest(data["position_error"]) / (1e3 * metrics.tools[0].position_max), 1, kRounding);
   EXPECT_NEAR(smallest_distance / (1e3 * metrics.smallest_distance), 1, kRounding);
   EXPECT_NEAR(speed_on_page / (100 * speed), 1, kRounding);
 }
@@ -113,7 +113,7 @@ TEST(PageData, RollBreaksWhereItPassesHalfATurn) {
   ReportInput input = test::sample_input();
   input.profiles.resize(1);
   for (PlanStep& step : input.profiles[0].steps) {
-    step.X_base_planned.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());  // to 10.95 rad: past pi and 3 pi
+    step.tools[0].X_base_planned.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());  // to 10.95 rad: past pi and 3 pi
   }
   const Json roll = Json::parse(page_data(input, {}))["profiles"][0]["roll"];
   int breaks = 0;
@@ -135,7 +135,7 @@ TEST(PageData, ABreakOfRollOutlivesThinning) {
   ReportInput input = test::sample_input();
   input.profiles.resize(1);
   for (PlanStep& step : input.profiles[0].steps) {
-    step.X_base_planned.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());
+    step.tools[0].X_base_planned.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());
   }
   const Json roll =
       Json::parse(page_data(input, {.steps_per_point = 4, .commands_per_point = 1}))["profiles"][0]["roll"];
@@ -147,8 +147,8 @@ TEST(PageData, NobodyIsOffFromATargetThatNobodyLeads) {
   input.profiles.resize(1);
   std::vector<PlanStep>& steps = input.profiles[0].steps;
   for (std::size_t i = 100; i < steps.size(); ++i) {
-    steps[i].engaged = false;
-    steps[i].X_base_target.p.x() += 5.0;
+    steps[i].tools[0].engaged = false;
+    steps[i].tools[0].X_base_target.p.x() += 5.0;
   }
   const Json data = Json::parse(page_data(input, {}))["profiles"][0];
   for (const char* name : {"position_error", "orientation_error"}) {
@@ -171,11 +171,11 @@ TEST(PageData, HasSpillsWhereTheyAreKnown) {
   input.profiles.resize(1);
   EXPECT_TRUE(row(input, "Spills").is_null());
   EXPECT_TRUE(Json::parse(page_data(input, {}))["profiles"][0]["metrics"]["spills"].is_null());
-  input.profiles[0].spills = 1;
-  input.profiles[0].spilled_share = 0.744;
+  input.profiles[0].liquids[0].spills = 1;
+  input.profiles[0].liquids[0].spilled_share = 0.744;
   EXPECT_EQ(row(input, "Spilled at once, most")["texts"], Json::array({"74.4"}));
   EXPECT_EQ(Json::parse(page_data(input, {}))["profiles"][0]["metrics"]["spilled_share"], 0.744);
-  input.profiles[0].spilled_share = 1e-4;
+  input.profiles[0].liquids[0].spilled_share = 1e-4;
   EXPECT_EQ(row(input, "Spilled at once, most")["texts"], Json::array({"< 0.1"}));
 }
 
@@ -183,9 +183,9 @@ TEST(PageData, HasSpillsWhereTheyAreKnown) {
 TEST(PageData, CallsNoCountOfSpillsBestButThatPerMinute) {
   ReportInput input = test::sample_input();
   input.profiles.resize(2);
-  input.profiles[0].spills = 7;
+  input.profiles[0].liquids[0].spills = 7;
   input.profiles[0].led_s = 180.0;
-  input.profiles[1].spills = 6;
+  input.profiles[1].liquids[0].spills = 6;
   input.profiles[1].led_s = 30.0;
   EXPECT_EQ(row(input, "Spills")["texts"], Json::array({"7", "6"}));
   EXPECT_EQ(row(input, "Spills")["best"], -1);
@@ -226,13 +226,13 @@ TEST(Motion, TheWorstOutlivesThinning) {
     LiquidState liquid;
     liquid.freeboard = 0.03;
     liquid.spilled_share = i > 5001 ? 0.25 : 0.0;
-    session.liquid.emplace_back(at, liquid);
-    session.waves.push_back({at, i == 5001 ? -0.0015 : 0.03, 0.0});
-    session.felt.push_back({at, 2.0, i == 7003 ? 9.5 : 1.0, 2});
+    session.liquids[0].states.emplace_back(at, liquid);
+    session.liquids[0].waves.push_back({at, i == 5001 ? -0.0015 : 0.03, 0.0});
+    session.liquids[0].felt.push_back({at, 2.0, i == 7003 ? 9.5 : 1.0, 2});
     PlanStep step;
     step.t_s = 0.01 * i;
-    step.engaged = true;
-    step.X_base_target.p.x() = i == 9001 ? 0.05 : 0.0;
+    step.tools[0].engaged = true;
+    step.tools[0].X_base_target.p.x() = i == 9001 ? 0.05 : 0.0;
     session.steps.push_back(step);
   }
   const Json all = Json::parse(motion_json(session, 0.0)), motion = Json::parse(motion_json(session, 0.0, 9000));
@@ -251,7 +251,7 @@ TEST(Motion, TheWorstOutlivesThinning) {
 
 TEST(PageData, TargetsOfTheirOwnAreShown) {
   ReportInput input = test::sample_input();
-  input.profiles[2].steps.back().X_base_target.p.y() += 0.01;
+  input.profiles[2].steps.back().tools[0].X_base_target.p.y() += 0.01;
   const Json targets = Json::parse(page_data(input, {}))["targets"];
   ASSERT_EQ(targets.size(), 2u);
   EXPECT_EQ(targets[1]["label"], "target of P3 waiter");

@@ -48,25 +48,26 @@ inline ProfileResult sample_profile(const std::string& name, const std::string& 
     const double t = k / rate_hz;
     PlanStep step;
     step.t_s = t;
-    step.X_base_target = hand(t);
-    step.X_base_planned = hand(std::max(0.0, t - lag));
+    step.tools[0].X_base_target = hand(t);
+    step.tools[0].X_base_planned = hand(std::max(0.0, t - lag));
     step.q = joint_sines(t, 0.8, 1.4, 0);
     step.dq = joint_sines(t, 0.8, 1.4, 1);
     step.ddq = joint_sines(t, 0.8, 1.4, 2);
-    step.local_acceleration = kGravity + share * Vector3(3 * std::sin(2.2 * t), 2 * std::sin(3.1 * t), std::sin(5 * t));
-    const double error = position_error(step);
+    step.tools[0].local_acceleration =
+        kGravity + share * Vector3(3 * std::sin(2.2 * t), 2 * std::sin(3.1 * t), std::sin(5 * t));
+    const double error = position_error(step.tools[0]);
     step.shares = {200 * error * error,
-                   5 * orientation_error(step),
+                   5 * orientation_error(step.tools[0]),
                    0.02 * step.dq.squaredNorm(),
                    0.004 * step.ddq.squaredNorm(),
-                   share < 0.5 ? 4 * lateral_acceleration(step) : 0,
-                   share < 0.5 ? std::abs(step.local_acceleration.z() - 9.81) : 0};
+                   share < 0.5 ? 4 * lateral_acceleration(step.tools[0]) : 0,
+                   share < 0.5 ? std::abs(step.tools[0].local_acceleration.z() - 9.81) : 0};
     for (const double value : step.shares) step.objective += value;
     step.iterations = 4 + static_cast<int>(4 * std::abs(noise(random)));
     step.solve_time_us = solve_us * spread(random) * (k % 97 == 60 ? 2.5 : 1.0);
     if (k % 150 == 120) step.status = PlanOrigin::kFeasible;
     step.smallest_sphere_distance_m = 0.05 + 0.03 * std::sin(0.7 * t + lag);
-    step.engaged = true;
+    step.tools[0].engaged = true;
     result.steps.push_back(step);
   }
   for (int k = 0; k < static_cast<int>(duration * 500); ++k) {

@@ -20,7 +20,7 @@ struct Told : testing::Test {
       PlanStep step;
       step.t_s = t;
       step.q = step.dq = step.ddq = JointVector::Zero(1);
-      step.engaged = true;
+      step.tools[0].engaged = true;
       session.steps.push_back(step);
     }
   }
@@ -38,8 +38,8 @@ struct Told : testing::Test {
     liquid.spilled = spilled_share > 0.0;
     liquid.spilled_share = spilled_share;
     liquid.lateral = lateral;
-    session.liquid.emplace_back(from_seconds(t), liquid);
-    session.spills.see(from_seconds(t), liquid);
+    session.liquids[0].states.emplace_back(from_seconds(t), liquid);
+    session.liquids[0].spills.see(from_seconds(t), liquid);
   }
   std::vector<std::string> of(const std::string& kind) const {
     std::vector<std::string> found;
@@ -170,9 +170,9 @@ TEST_F(Told, ASpillIsExplained) {
   EXPECT_DOUBLE_EQ(told->amount, 0.744);
   const std::vector<ProfileResult> results = split_by_settings(session);
   ASSERT_EQ(results.size(), 2u);
-  EXPECT_EQ(results[0].spills, 1);
-  EXPECT_EQ(results[1].spills, 2);
-  EXPECT_DOUBLE_EQ(results[1].spilled_share, 0.3);
+  EXPECT_EQ(results[0].liquids[0].spills, 1);
+  EXPECT_EQ(results[1].liquids[0].spills, 2);
+  EXPECT_DOUBLE_EQ(results[1].liquids[0].spilled_share, 0.3);
 }
 
 TEST_F(Told, WeightsAreNumbersForPeople) {
@@ -206,8 +206,8 @@ TEST_F(Told, EachProfileHasWhatItSpilled) {
     LiquidState liquid;
     liquid.spilled = share > 0.0;
     liquid.spilled_share = share;
-    session.liquid.emplace_back(from_seconds(t), liquid);
-    session.spills.see(from_seconds(t), liquid, profile);
+    session.liquids[0].states.emplace_back(from_seconds(t), liquid);
+    session.liquids[0].spills.see(from_seconds(t), liquid, profile);
   };
   lose(1.0, 0.0, "carry");
   lose(2.0, 0.001, "carry");
@@ -218,8 +218,8 @@ TEST_F(Told, EachProfileHasWhatItSpilled) {
   lose(7.0, 0.0, "carry");
   EXPECT_EQ(of("spill"), (Lines{"2.0 spilled 0.1 % of the liquid", "4.0 spilled 99.9 % of the liquid within 1.0 s"}));
   EXPECT_EQ(of("refill"), Lines{"7.0 a full glass"});
-  ASSERT_NE(session.spills.worst(), nullptr);
-  EXPECT_EQ(session.spills.worst()->profile, "tracking");
+  ASSERT_NE(worst_of(session.liquids[0].spills.spills()), nullptr);
+  EXPECT_EQ(worst_of(session.liquids[0].spills.spills())->profile, "tracking");
 }
 
 TEST_F(Told, APlannerThatWasLateIsWhatASpillCameOf) {
@@ -255,8 +255,8 @@ TEST_F(Told, APlannerThatWasLateIsWhatASpillCameOf) {
 TEST_F(Told, WhatWasSpilledBeforeIsNotOfThisRecording) {
   see(1.0, 0.4), see(2.0, 0.4), see(3.0, 0.0), see(4.0, 0.0);
   EXPECT_EQ(of("spill"), Lines());
-  session.liquid.clear();
-  session.spills = {};
+  session.liquids[0].states.clear();
+  session.liquids[0].spills = {};
   see(1.0, 0.4), see(2.0, 0.4), see(3.0, 0.7), see(4.0, 0.0), see(5.0, 0.2);
   EXPECT_EQ(of("spill"), (Lines{"3.0 spilled 30.0 % of the liquid", "5.0 spilled 20.0 % of the liquid"}));
 }
@@ -264,7 +264,7 @@ TEST_F(Told, WhatWasSpilledBeforeIsNotOfThisRecording) {
 TEST_F(Told, WithoutALiquidNothingIsSaidOfSpills) {
   plan(1.0, 2.0);
   EXPECT_FALSE(tell_story(session).knows_liquid);
-  EXPECT_EQ(split_by_settings(session).front().spills, -1);
+  EXPECT_EQ(split_by_settings(session).front().liquids[0].spills, -1);
 }
 
 /// Misses in quick succession are one line, or they would bury everything else.
@@ -321,19 +321,19 @@ TEST_F(Told, WhatWasFeltAndLedBelongsToTheProfileOfThen) {
   settings.at = from_seconds(4.0);
   session.settings.push_back(settings);
   for (double t = 0.05; t < 12.0; t += 0.1) {
-    session.felt.push_back({from_seconds(t), t < 4.0 ? 6.0 : 2.0, t < 4.0 ? 4.0 : t < 8.9 ? 1.5 : 50.0, 2});
+    session.liquids[0].felt.push_back({from_seconds(t), t < 4.0 ? 6.0 : 2.0, t < 4.0 ? 4.0 : t < 8.9 ? 1.5 : 50.0, 2});
   }
   const std::vector<ProfileResult> results = split_by_settings(session);
   ASSERT_EQ(results.size(), 2u);
   EXPECT_NEAR(results[0].led_s, 3.0, 1e-9);
   EXPECT_NEAR(results[1].led_s, 5.0, 1e-9);
-  EXPECT_EQ(results[0].felt.size(), 30u);
-  EXPECT_EQ(results[1].felt.size(), 49u) << "not what began before the stop and ended in it";
-  Metrics metrics;
-  count_felt(results[0].felt, metrics);
+  EXPECT_EQ(results[0].liquids[0].felt.size(), 30u);
+  EXPECT_EQ(results[1].liquids[0].felt.size(), 49u) << "not what began before the stop and ended in it";
+  ToolMetrics metrics;
+  count_felt(results[0].liquids[0].felt, metrics);
   EXPECT_DOUBLE_EQ(metrics.lateral_mean, 3.0);
   EXPECT_DOUBLE_EQ(metrics.lateral_max, 4.0);
-  count_felt(results[1].felt, metrics);
+  count_felt(results[1].liquids[0].felt, metrics);
   EXPECT_DOUBLE_EQ(metrics.lateral_mean, 1.0);
   EXPECT_DOUBLE_EQ(metrics.lateral_max, 1.5);
 }

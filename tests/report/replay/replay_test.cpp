@@ -65,7 +65,7 @@ TEST(Replay, KnowsWhatStoodAroundTheArmAtEachTime) {
     return done->steps;
   };
   const auto alone = way();
-  const Vector3 begin = alone.front().X_base_planned.p, end = alone.back().X_base_planned.p;
+  const Vector3 begin = alone.front().tools[0].X_base_planned.p, end = alone.back().tools[0].X_base_planned.p;
   ASSERT_GT((end - begin).norm(), 0.2);
   CellObject wall;
   wall.name = "wall";
@@ -76,9 +76,9 @@ TEST(Replay, KnowsWhatStoodAroundTheArmAtEachTime) {
   EXPECT_TRUE(held[10].object_distances.empty());
   ASSERT_EQ(held.back().object_distances.size(), 1u);
   EXPECT_NEAR(held.back().object_distances[0].second, wall.margin + PlannerSettings().clearance, 1e-3);
-  EXPECT_GT((held.back().X_base_planned.p - end).norm(), 0.04);
+  EXPECT_GT((held.back().tools[0].X_base_planned.p - end).norm(), 0.04);
   settings.cells.push_back({from_seconds(3.0), {"free again", {}}});
-  EXPECT_LT((way().back().X_base_planned.p - end).norm(), 5e-3);
+  EXPECT_LT((way().back().tools[0].X_base_planned.p - end).norm(), 5e-3);
 
   settings.cells[1].cell.objects[0].margin = std::nan("");
   const Result<ReplayResult> refused = replay(model, hand, settings, {});

@@ -135,18 +135,18 @@ TEST(Brake, FollowsItsPlanToTheEndIfStraightOnWouldLeadIntoALimit) {
 
 TEST(Gripper, FollowsTheHandButNotThroughAStop) {
   ControlSettings settings;
-  settings.gripper = true;
+  settings.gripper = {true};
   Loop loop(*open_robot("ur5e"), settings);
-  EXPECT_FALSE(loop.cycle().gripper) << "nobody has told where it is, nor where it is to be";
+  EXPECT_FALSE(loop.cycle().gripper[0]) << "nobody has told where it is, nor where it is to be";
   HandReport hand;
   const auto wants = [&](double gripper) {
     hand.gripper = gripper;
     hand.received = hand.good = hand.gripper_said = loop.now();
-    loop.links.hand.write(hand);
-    return loop.cycle().gripper;
+    loop.links.hands.write({hand});
+    return loop.cycle().gripper[0];
   };
   EXPECT_EQ(wants(0.7), 0.7);
-  EXPECT_EQ(loop.cycle().gripper, 0.7);
+  EXPECT_EQ(loop.cycle().gripper[0], 0.7);
   loop.links.asked.stop();
   loop.cycle();
   ASSERT_EQ(loop.control->state(), SupervisionState::kStopping);
@@ -154,16 +154,16 @@ TEST(Gripper, FollowsTheHandButNotThroughAStop) {
   loop.links.asked.reset();
   for (int i = 0; i < 50 && loop.control->state() != SupervisionState::kReady; ++i) loop.cycle();
   ASSERT_EQ(loop.control->state(), SupervisionState::kReady);
-  EXPECT_EQ(loop.cycle().gripper, 0.7) << "what was wanted meanwhile is not done later";
+  EXPECT_EQ(loop.cycle().gripper[0], 0.7) << "what was wanted meanwhile is not done later";
   EXPECT_EQ(wants(0.2), 0.2);
 }
 
 TEST(Gripper, WhatIsWantedWhileTheArmGetsReadyIsDoneThenButNotThroughAStopNorLate) {
   const auto gets_ready = [](double seconds, bool stopped) {
     ControlSettings settings;
-    settings.gripper = true;
+    settings.gripper = {true};
     Loop loop(*open_robot("ur5e"), settings);
-    loop.state.joints.gripper = 0.25;
+    loop.state.joints.gripper[0] = 0.25;
     loop.state.status = ArmStatus::kStopped;  // switched off and on again
     loop.cycle();
     loop.links.asked.reset();
@@ -173,8 +173,8 @@ TEST(Gripper, WhatIsWantedWhileTheArmGetsReadyIsDoneThenButNotThroughAStopNorLat
     HandReport hand;
     hand.gripper = 1.0;
     hand.received = hand.good = hand.gripper_said = loop.now();
-    loop.links.hand.write(hand);
-    for (double t = 0.0; t < seconds; t += 0.002) EXPECT_EQ(loop.cycle().gripper, 0.25);
+    loop.links.hands.write({hand});
+    for (double t = 0.0; t < seconds; t += 0.002) EXPECT_EQ(loop.cycle().gripper[0], 0.25);
     if (stopped) {
       loop.links.asked.stop();
       loop.cycle();
@@ -184,7 +184,7 @@ TEST(Gripper, WhatIsWantedWhileTheArmGetsReadyIsDoneThenButNotThroughAStopNorLat
     loop.state.status = ArmStatus::kFollowing;
     for (int i = 0; i < 200 && loop.control->state() != SupervisionState::kReady; ++i) loop.cycle();
     EXPECT_EQ(loop.control->state(), SupervisionState::kReady);
-    return loop.cycle().gripper.value_or(-1.0);
+    return loop.cycle().gripper[0].value_or(-1.0);
   };
   EXPECT_EQ(gets_ready(1.0, false), 1.0);
   EXPECT_EQ(gets_ready(1.0, true), 0.25) << "after a stop";
@@ -195,8 +195,8 @@ TEST(Gripper, OfAnArmWithoutOneIsNotCommanded) {
   Loop loop(*open_robot("ur5e"));
   HandReport hand;
   hand.gripper = 1.0;
-  loop.links.hand.write(hand);
-  EXPECT_FALSE(loop.cycle().gripper);
+  loop.links.hands.write({hand});
+  EXPECT_FALSE(loop.cycle().gripper[0]);
 }
 
 /// A plan is followed only if it begins in time and on what is followed.
@@ -460,23 +460,23 @@ TEST(AfterMissedCycles, TheWayBackKeepsToTheSpeedOfTheProfile) {
 /// A fresh grip and a reset take a full glass: planner and monitor learn of both by one counter.
 TEST(FreshGlass, IsCountedAtAGripAndAReset) {
   Loop loop(ur5e());
-  const std::uint64_t first = loop.links.refills;
+  const std::uint64_t first = loop.links.refills[0];
   HandReport hand;
   hand.trusted = hand.clutch = true;
   hand.grips = 1;
   hand.received = hand.good = loop.now();
-  loop.links.hand.write(hand);
+  loop.links.hands.write({hand});
   loop.cycle();
   ASSERT_EQ(loop.control->state(), SupervisionState::kEngaged);
-  EXPECT_EQ(loop.links.refills, first + 1);
+  EXPECT_EQ(loop.links.refills[0], first + 1);
   loop.links.asked.stop();
   for (int i = 0; i < 20; ++i) loop.cycle();
   ASSERT_EQ(loop.control->state(), SupervisionState::kStopping);
-  EXPECT_EQ(loop.links.refills, first + 1);
+  EXPECT_EQ(loop.links.refills[0], first + 1);
   loop.links.asked.reset();
   for (int i = 0; i < 20; ++i) loop.cycle();
   EXPECT_EQ(loop.control->state(), SupervisionState::kReady);
-  EXPECT_EQ(loop.links.refills, first + 2);
+  EXPECT_EQ(loop.links.refills[0], first + 2);
 }
 
 }  // namespace

@@ -118,12 +118,18 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
         input.now += std::chrono::milliseconds(300);
         input.hand.received = input.hand.good = input.now;
         break;
+      case Event::kOtherLost:
+        input.other_lost = true;
+        break;
+      case Event::kOtherSilent:
+        input.other_silent = true;
+        break;
     }
     EXPECT_EQ(d.step(input), row.to) << to_string(row.from) << " by event " << static_cast<int>(row.event);
     EXPECT_FALSE(d.supervisor.reason().empty());
     codes.insert(to_string(d.supervisor.cause().code));
   }
-  EXPECT_EQ(codes.size(), 14u) << "each event has a code";
+  EXPECT_EQ(codes.size(), 16u) << "each event has a code";
   EXPECT_EQ(codes.count("unknown"), 0u);
 }
 

@@ -8,7 +8,6 @@
 
 #include "steadyhand/apps/browser/browser_session.hpp"
 #include "steadyhand/core/json_writer.hpp"
-#include "steadyhand/geometry/robot/model_check.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
 
 namespace steadyhand {
@@ -23,7 +22,6 @@ Result<std::string> closed_loop(const BrowserSetup& setup, int profile, int prob
   PlannerSettings settings;
   settings.solver = chosen.solver;
   settings.tolerance = chosen.tolerance;
-  if (Status s = check_one_tool(setup.robot); !s) return s.error();
   auto planner = Planner::make(setup.robot, chosen.ocp, settings);
   if (!planner) return planner.error();
   Kinematics arm(setup.robot);
@@ -52,8 +50,10 @@ Result<std::string> closed_loop(const BrowserSetup& setup, int profile, int prob
     reference.start = from_seconds(kStep * i);
     for (int k = 0; k < reference.nodes; ++k) {
       const Vector3 phase = (begin + (k + 1) * reference.dt) * speed;
-      reference.tools[0].p[k] = arm.p() + extent.cwiseProduct(Vector3(phase.array().sin()));
-      reference.tools[0].R[k] = arm.R() * Eigen::AngleAxisd(lean * std::sin(phase.x()), Vector3::UnitY());
+      for (int t = 0; t < arm.tool_count(); ++t) {
+        reference.tools[t].p[k] = arm.p(t) + extent.cwiseProduct(Vector3(phase.array().sin()));
+        reference.tools[t].R[k] = arm.R(t) * Eigen::AngleAxisd(lean * std::sin(phase.x()), Vector3::UnitY());
+      }
     }
     const Time before = wall();
     const Plan& plan = (*planner)->update(reference);

@@ -65,21 +65,25 @@ struct RecordingNote {
 template <typename V>
 void describe(V& v, RecordingNote& note) {
   auto& [name, recording] = note.named;
-  std::vector<std::array<double, 9>> rows;
+  std::vector<std::array<double, 10>> rows;
   for (const OperatorSample& sample : recording.samples) {
     const Pose& X = sample.X_operator_hand;
     rows.push_back({static_cast<double>(sample.stamp.hand.count()), X.p.x(), X.p.y(), X.p.z(), X.q.x(), X.q.y(),
-                    X.q.z(), X.q.w(), sample.clutch ? 1.0 : 0.0});
+                    X.q.z(), X.q.w(), sample.clutch ? 1.0 : 0.0, static_cast<double>(sample.tool)});
   }
   v.add("name", "", "", name);
-  v.add("samples", "", "t (ns), position, rotation (x, y, z, w), clutch: 1 or 0", rows, sized(2, std::string::npos));
+  v.add("samples", "", "t (ns), position, rotation (x, y, z, w), clutch: 1 or 0, index of the tool", rows,
+        sized(2, std::string::npos));
   if constexpr (kReads<V>) {
     recording.name = name;
     for (const auto& row : rows) {
+      v.check(row[9] >= 0.0 && row[9] < kMaxTools, fmt::format("'samples' must be of tools 0 to {}", kMaxTools - 1));
+      if (v.error()) return;
       OperatorSample& sample = recording.samples.emplace_back();
       sample.stamp.hand = sample.stamp.made = Time(static_cast<std::int64_t>(row[0]));
       sample.X_operator_hand = {{row[1], row[2], row[3]}, {row[7], row[4], row[5], row[6]}};
       sample.clutch = row[8] != 0.0;
+      sample.tool = static_cast<int>(row[9]);
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "steadyhand/apps/commands/command_line.hpp"
 #include "steadyhand/arms/driver/arm_kinds.hpp"
@@ -15,16 +16,31 @@
 
 namespace steadyhand {
 
+/// The driver of one arm of a robot with two.
+struct NamedArm {
+  std::string tool;               ///< its tool's name
+  const ArmKind* kind = nullptr;  ///< never null
+  std::string address;            ///< of a controller with a host; with ros2, the controller or nothing
+};
+
+/// Reads `--arm left=ur:ADDRESS,right=ur:ADDRESS`. Fails, with the reason, on anything that no robot could have.
+Result<std::vector<NamedArm>> parse_arms(const std::string& text);
+/// Whether they are the arms of this robot.
+Status check_arms(const std::vector<NamedArm>& arms, const RobotModel& model);
+
 /// Which arm follows, as the command line chose it, or else the settings.
 struct ArmChoice {
-  std::string arm, host;  ///< empty: not said
+  std::string arm, host;        ///< empty: not said
+  std::vector<NamedArm> parts;  ///< two drivers, if `arm` names two
+  std::string wrong;            ///< why `arm` names none
+  std::string robot;            ///< of the settings
   std::uint16_t rtde_port = 30004, script_port = 30001, dashboard_port = 0, gripper_port = 63352;
   std::optional<double> speed;  ///< share of the model's speeds and accelerations; none: all simulated, a quarter real
   double first_moves = 0.0;     ///< s, of the settings
   bool yes = false;             ///< was asked elsewhere whether hardware may move
   bool calibration = true;      ///< take a UR's kinematics from the arm, of the settings
   /// Null: there is none of this name.
-  const ArmKind* kind() const { return find_arm_kind(arm); }
+  const ArmKind* kind() const;
   /// Takes values that were not given from the settings, and sets the chosen arm in the settings.
   void complete(SessionSettings& settings);
   /// `speed`, or the arm's default.

@@ -107,9 +107,12 @@ Status check_hand(const Options& options, const SessionSettings& settings) {
 }
 
 /// The given recording, or the bundled ones.
-Result<std::vector<NamedRecording>> load_recordings(const Options& options, const Places& places) {
-  if (options.input.empty()) return bundled_recordings(places, options.range);
-  Result<Recording> recording = load_recording(options.input, options.range);
+Result<std::vector<NamedRecording>> load_recordings(const Options& options, const RobotModel& model,
+                                                    const Places& places) {
+  RecordingOptions range = options.range;
+  for (const Tool& tool : model.tools) range.tools.push_back(tool.name);
+  if (options.input.empty()) return bundled_recordings(places, range);
+  Result<Recording> recording = load_recording(options.input, range);
   if (!recording) return recording.error();
   return std::vector<NamedRecording>{{recording->name, *std::move(recording)}};
 }
@@ -161,21 +164,21 @@ Result<Chosen> choose(Options& options, const Places& places, SettingsTable& tab
   if (Status s = settings.resolve(table); !s) return s.error();
   if (Status s = check(options, settings); !s) return s.error();
   settings.server.page_folder = options.page;
-  Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
-  if (!recordings) return recordings.error();
-  chosen.recordings = *std::move(recordings);
   options.arm.complete(settings);
   if (Status s = choose_task(options.arm, places, table, settings); !s) return s.error();
   Result<RobotModel> model = choose_robot(settings.robot, options.tip, places, options.no_fit);
   if (!model) return model.error();
   chosen.model = *std::move(model);
+  Result<std::vector<NamedRecording>> recordings = load_recordings(options, chosen.model, places);
+  if (!recordings) return recordings.error();
+  chosen.recordings = *std::move(recordings);
   if (!options.headless) add_arm_scene(settings.robot, options.tip, chosen.model, places, settings.server);
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
   settings.live.cell = in_base(*std::move(cell), chosen.model);
   if (Status s = take_task(chosen.model, settings); !s) return s.error();
   if (Status s = check_carried(settings.live.cell, at_home(chosen.model)); !s) return s.error();
-  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen.profile);
+  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen.model, chosen.profile);
   if (!profiles) return profiles.error();
   chosen.profiles = *std::move(profiles);
   for (Profile& profile : chosen.profiles) add_posture_where_redundant(profile.ocp, chosen.model);

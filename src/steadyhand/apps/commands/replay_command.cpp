@@ -46,7 +46,7 @@ struct ReplayOptions {
   std::vector<SettingsChange> changes;  ///< to a session's settings
   std::vector<CellChange> cells;        ///< to the obstacles around its arm
   std::string command;                  ///< as typed, for the report
-  bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false,
+  bool own_robot = false, own_profiles = false, own_rate = false, own_scale = false, own_yaw = false,
        own_cell = false;  ///< given on the command line
 };
 
@@ -70,6 +70,9 @@ Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
   take("rate_hz", options.own_rate, options.rate_hz);
   take("scale", options.own_scale, options.retarget.scale);
   take("yaw_deg", options.own_yaw, options.yaw_deg);
+  const bool has_several = std::ranges::any_of(session->samples, [](const auto& sample) { return sample.tool > 0; });
+  const std::string robot = session->run("robot");
+  if (!options.own_robot && has_several && find_named_file(places, "robots", robot)) options.robot = robot;
   const std::string cell = session->run("cell"), profile = session->run("profile");
   if (!options.own_cell && (cell == "none" || find_named_file(places, "cells", cell))) options.cell = cell;
   if (!options.own_profiles && find_named_file(places, "profiles", profile)) options.profiles = {profile};
@@ -169,6 +172,7 @@ Result<std::vector<Profile>> load_profiles(const ReplayOptions& options, const P
   for (const std::string& name : options.profiles) {
     Result<Profile> profile = load_profile(name, places);
     if (!profile) return profile.error();
+    if (Status s = suits(*profile, model); !s) return s.error();
     add_posture_where_redundant(profile->ocp, model);
     for (const Profile& other : profiles) {
       if (other.name == profile->name) return Error{"--profile: '" + other.name + "' is named twice; give each once"};
@@ -180,7 +184,8 @@ Result<std::vector<Profile>> load_profiles(const ReplayOptions& options, const P
 
 Status run_replay(ReplayOptions options) {
   const Places places = Places::standard();
-  if (options.recording.empty()) {
+  const bool is_bundled = options.recording.empty();
+  if (is_bundled) {
     const fs::path bundled = places.data / kBundledRecording;
     if (!fs::exists(bundled)) {
       return Error{"replay: give a recording, as in: steadyhand replay hand.csv (this installation contains none)"};
@@ -202,8 +207,11 @@ Status run_replay(ReplayOptions options) {
 
   // Everything that can be wrong is looked at before anything is written.
   if (Status s = check(options); !s) return s;
+  const Result<RobotModel> model = choose_robot(options.robot, options.tip, places, options.no_fit);
+  if (!model) return model.error();
   std::string gate_note;
   if (!is_mcap(options.recording)) {  // which has been through the gate
+    for (const Tool& tool : model->tools) options.range.tools.push_back(tool.name);
     recording = load_recording(options.recording, options.range);
     if (!recording) return recording.error();
     const std::size_t samples = recording->samples.size(), bad = pass_gate(*recording, {});
@@ -215,8 +223,6 @@ Status run_replay(ReplayOptions options) {
     }
   }
   if (!recording) return recording.error();
-  const Result<RobotModel> model = choose_robot(options.robot, options.tip, places, options.no_fit);
-  if (!model) return model.error();
   const Result<Cell> opened = open_cell(options.cell, places);
   if (!opened) return opened.error();
   const Cell cell = in_base(*opened, *model);
@@ -244,7 +250,8 @@ Status run_replay(ReplayOptions options) {
   std::cout << fmt::format("{} ({:.1f} s), re-planned at {} Hz, scale {}\n\n", recording->name, recording->duration(),
                            options.rate_hz, options.retarget.scale)
             << format_table(report.profiles) << "\n"
-            << gate_note << "report: " << page.string() << "\ndata:   " << (options.out / "PROFILE").string()
+            << (is_bundled || recording->note.empty() ? "" : recording->note + "\n") << gate_note
+            << "report: " << page.string() << "\ndata:   " << (options.out / "PROFILE").string()
             << "/plan.csv, session.mcap\n";
   return Done{};
 }
@@ -254,11 +261,14 @@ Status run_replay(ReplayOptions options) {
 void add_replay_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<ReplayOptions>();
   CommandLine* command = app.add_subcommand("replay", "Run a recorded hand through all stages and write a report");
+  command->add_option("recording", options->recording,
+                      "CSV t,px,py,pz,qx,qy,qz,qw[,clutch] (of two hands left_px ... and right_px ...), A-Frame "
+                      "motion-capture JSON, or SESSION.mcap of a live session, whose "
+                      "profile, rate, scale and yaw then are the defaults; default: a bundled hand, its first 11 s");
   command->add_option(
-      "recording", options->recording,
-      "CSV t,px,py,pz,qx,qy,qz,qw[,clutch], A-Frame motion-capture JSON, or SESSION.mcap of a live session, whose "
-      "profile, rate, scale and yaw then are the defaults; default: a bundled hand, its first 11 s");
-  command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
+      "--track", options->range.track,
+      "Name of the hand in the file (default: rhand, or right); of a robot with two tools one for each, as "
+      "LEFT,RIGHT (default: each hand moves the tool on its side)");
   command->add_option("--from", options->range.from, "Start at this time, s");
   command->add_option("--until", options->range.until, "End at this time, s");
   command->add_option("--robot", options->robot, "Name, robot file or URDF")->capture_default_str();
@@ -290,6 +300,7 @@ void add_replay_command(CommandLine& app, Command& chosen) {
       "  steadyhand replay mocap.json --track rhand --from 2 --until 20 --rate 50");
   command->callback([options, command, &chosen] {
     options->command = "./steadyhand " + command->as_typed("--out");  // which changes nothing in the report
+    options->own_robot = command->given("--robot");
     options->own_profiles = command->given("--profile");
     options->own_cell = command->given("--cell");
     options->own_rate = command->given("--rate");

@@ -25,8 +25,10 @@ Result<std::vector<NamedRecording>> bundled_recordings(const Places& places, con
   Result<Recording> first = load_recording(places.data / "recordings" / kFirstRecording, shorter);
   if (!first) return first.error();
   recordings.push_back({"carrying", *std::move(first)});
+  RecordingOptions whole;
+  whole.tools = range.tools;
   for (const char* file : kOtherRecordings) {
-    Result<Recording> recording = load_recording(places.data / "recordings" / file);
+    Result<Recording> recording = load_recording(places.data / "recordings" / file, whole);
     if (!recording) return recording.error();
     const std::filesystem::path path(file);
     recordings.push_back({path.parent_path().string() + "-" + path.stem().string(), *std::move(recording)});
@@ -34,14 +36,16 @@ Result<std::vector<NamedRecording>> bundled_recordings(const Places& places, con
   return recordings;
 }
 
-Result<std::vector<Profile>> all_profiles(const std::string& wanted, const Places& places, int& index) {
+Result<std::vector<Profile>> all_profiles(const std::string& wanted, const Places& places, const RobotModel& robot,
+                                          int& index) {
   std::vector<Profile> profiles;
   const Result<Profile> first = load_profile(wanted, places);
   if (!first) return first.error();
+  if (Status s = suits(*first, robot); !s) return s.error();
   for (const std::string& name : names_in(places, "profiles")) {
     Result<Profile> profile = load_profile(name, places);
     if (!profile) return profile.error();
-    profiles.push_back(*std::move(profile));
+    if (suits(*profile, robot)) profiles.push_back(*std::move(profile));
   }
   const auto same = [&](const Profile& profile) { return profile.name == first->name; };
   const auto found = std::find_if(profiles.begin(), profiles.end(), same);

@@ -14,7 +14,9 @@ namespace steadyhand {
 /// The hands that come with the program. @param range of the first
 Result<std::vector<NamedRecording>> bundled_recordings(const Places& places, const RecordingOptions& range = {});
 
-/// All profiles of the checkout and, if it is none of them, the one asked for; which one that is.
-Result<std::vector<Profile>> all_profiles(const std::string& wanted, const Places& places, int& index);
+/// All profiles of the checkout that suit the robot and, if it is none of them, the one asked for; which one that is.
+/// Fails if that does not suit it.
+Result<std::vector<Profile>> all_profiles(const std::string& wanted, const Places& places, const RobotModel& robot,
+                                          int& index);
 
 }  // namespace steadyhand

@@ -47,7 +47,7 @@ Status print_setup(const std::string& robot, const std::filesystem::path& scene)
   setup.cell = in_base(*cell, *model);
   if (Status s = check_carried(setup.cell, at_home(*model)); !s) return s;
   setup.robot = *std::move(model);
-  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, setup.profile);
+  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, setup.robot, setup.profile);
   if (!profiles) return profiles.error();
   for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, setup.robot);
   setup.profiles = *std::move(profiles);

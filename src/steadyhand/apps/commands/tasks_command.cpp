@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <limits>
 #include <memory>
 #include <numeric>
 
@@ -17,7 +16,6 @@
 #include "steadyhand/files/archive/recording_folder.hpp"
 #include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/places.hpp"
-#include "steadyhand/session/task/scripted_operator.hpp"
 
 namespace steadyhand {
 
@@ -72,10 +70,7 @@ Result<Outcome> run_episode(const TaskStage& stage, std::uint32_t seed, const Re
     if (!s) return s.error();
   }
   ScriptedOperator hand(stage.task);
-  run.on_look = [&](const SessionSnapshot& look) {
-    const double gripper = look.measured.gripper.value_or(std::numeric_limits<double>::quiet_NaN());
-    run.desk().hand(hand.update(look.now, run.scene(), look.X_base_tool, gripper));
-  };
+  run.on_look = [&](const SessionSnapshot& look) { run.operate(hand, look); };
   while (!run.is_over()) run.step();
   for (const std::string& line : run.finish_recording()) std::cerr << line << "\n";
 

@@ -85,12 +85,12 @@ Time to_time(double seconds, const char* name) {
   return from_seconds(seconds);
 }
 
-nb::object make_array(std::initializer_list<std::size_t> shape, double*& data) {
+nb::object make_array(const std::vector<std::size_t>& shape, double*& data) {
   std::size_t size = 1;
   for (const std::size_t extent : shape) size *= extent;
   data = new double[size];
   nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
-  return nb::cast(nb::ndarray<nb::numpy, double>(data, shape.size(), shape.begin(), owner));
+  return nb::cast(nb::ndarray<nb::numpy, double>(data, shape.size(), shape.data(), owner));
 }
 
 void write_pose(const Vector3& p, const Matrix3& R, double* T) {

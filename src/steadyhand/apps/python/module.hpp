@@ -6,10 +6,10 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
-#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "steadyhand/core/math.hpp"
 #include "steadyhand/core/result.hpp"
@@ -86,7 +86,7 @@ Time to_time(double seconds, const char* name);
 
 // ---- What goes out: numpy arrays that own their memory.
 /// The memory that `data` is set to is filled by the caller.
-nb::object make_array(std::initializer_list<std::size_t> shape, double*& data);
+nb::object make_array(const std::vector<std::size_t>& shape, double*& data);
 template <typename Vector>
 nb::object from_vector(const Vector& vector) {
   double* data = nullptr;

@@ -59,7 +59,9 @@ RetargetSettings retarget_settings(const nb::dict& options, RetargetSettings set
 }
 
 PipelineSettings pipeline_settings(const RobotModel& model, const std::string& profile, const nb::dict& options) {
-  PipelineSettings settings(value_of(load_profile(profile)));
+  const Profile loaded = value_of(load_profile(profile));
+  check(suits(loaded, model));
+  PipelineSettings settings(loaded);
   settings.retarget = retarget_settings(options, settings.retarget);
   if (options.contains("glass")) {
     if (!settings.ocp.liquid) throw Refused(fmt::format("glass: profile '{}' knows no liquid", profile));

@@ -51,20 +51,26 @@ class Stages {
         pipeline_(value_of(Pipeline::make(*robot.model, settings))),
         weights_(settings.ocp.weights),
         arm_(pipeline_->model()),
-        reach_(compute_reach(pipeline_->model())) {}
+        reaches_(compute_reaches(pipeline_->model())) {}
 
-  /// The target, for the predictor.
-  void aim(const Matrix4& T_base_tool, double t, bool engaged) {
+  /// The target of each tool, for the predictors.
+  void aim(const Matrices4& T_base_tool, double t, const std::vector<bool>& engaged) {
     const Turn turn(busy_);
     const Time now = to_time(t, "t");
-    pipeline_->predictor().update({{now, now}, to_pose(T_base_tool.data(), "T_base_tool"), engaged, Time(0)});
+    PerTool<Pose> poses;
+    for (int i = 0; i < tools(); ++i) poses[i] = to_pose(T_base_tool.data() + 16 * i, "T_base_tool");
+    for (int i = 0; i < tools(); ++i) {
+      pipeline_->predictor(i).update({{now, now}, poses[i], engaged[static_cast<std::size_t>(i)], Time(0)});
+    }
   }
 
-  /// The hand, for the retargeter.
-  void feed(const Matrix4& T_operator_hand, double t, bool clutch) {
+  /// The hand that moves a tool, for its retargeter.
+  void feed(const Matrix4& T_operator_hand, double t, bool clutch, int tool) {
     const Turn turn(busy_);
     const Time now = to_time(t, "t");
-    check(pipeline_->feed({{now, now}, to_pose(T_operator_hand.data(), "T_operator_hand"), clutch}));
+    OperatorSample sample{{now, now}, to_pose(T_operator_hand.data(), "T_operator_hand"), clutch};
+    sample.tool = tool;
+    check(pipeline_->feed(sample));
   }
 
   PlanResult plan(double t) {
@@ -78,15 +84,16 @@ class Stages {
     return result();
   }
 
+  /// Poses of all nodes for the first tool, then for the next.
   PlanResult follow(const Matrices4& T_base_tool, double t) {
     const Turn turn(busy_);
     Planner& planner = pipeline_->planner();
-    const auto nodes = static_cast<int>(T_base_tool.shape(0));
+    const auto nodes = static_cast<int>(T_base_tool.shape(0)) / tools();
     Reference reference;
-    for (int k = 0; k < nodes; ++k) {
-      const Pose pose = to_pose(T_base_tool.data() + 16 * k, "T_base_tool");
-      reference.tools[0].p[k] = pose.p;
-      reference.tools[0].R[k] = pose.q.toRotationMatrix();
+    for (int i = 0; i < tools() * nodes; ++i) {
+      const Pose pose = to_pose(T_base_tool.data() + 16 * i, "T_base_tool");
+      reference.tools[i / nodes].p[i % nodes] = pose.p;
+      reference.tools[i / nodes].R[i % nodes] = pose.q.toRotationMatrix();
     }
     const Time now = advance(t);
     reference.stamp = {now, now};
@@ -162,23 +169,28 @@ class Stages {
     return result;
   }
 
-  nb::tuple target() const {
-    const Target& target = pipeline_->target();
+  nb::tuple target(int tool) const {
+    const Target& target = pipeline_->target(tool);
     return nb::make_tuple(from_pose(target.X_base_tool.p, target.X_base_tool.q.toRotationMatrix()), target.engaged);
   }
-  void set_scale(double scale) { pipeline_->retargeter().set_scale(scale); }
-  void set_yaw(double yaw) { pipeline_->retargeter().set_yaw(yaw); }
-  void set_tilt(double tilt) { pipeline_->retargeter().set_tilt_max(to_tilt(tilt)); }
+  int tools() const { return pipeline_->model().tool_count(); }
+  void set_scale(double scale) { for_each_hand(&Retargeter::set_scale, scale); }
+  void set_yaw(double yaw) { for_each_hand(&Retargeter::set_yaw, yaw); }
+  void set_tilt(double tilt) { for_each_hand(&Retargeter::set_tilt_max, to_tilt(tilt)); }
   void set_no_spill(bool on) {
     if (on && !pipeline_->planner().ocp().liquid()) throw Refused("no_spill: the profile knows no liquid");
     pipeline_->planner().set_no_spill(on);
   }
-  void release() { pipeline_->retargeter().release(); }
+  void release() { for_each_hand(&Retargeter::release); }
   const Objectives& objectives() const { return pipeline_->planner().ocp().objectives(); }
   int horizon() const { return pipeline_->planner().ocp().horizon(); }
   double dt() const { return pipeline_->planner().ocp().dt(); }
 
  private:
+  template <typename Call, typename... Values>
+  void for_each_hand(Call call, Values... values) {
+    for (int i = 0; i < tools(); ++i) (pipeline_->retargeter(i).*call)(values...);
+  }
   Time advance(double t) {
     const Time now = to_time(t, "t");
     if (now < last_)
@@ -193,7 +205,7 @@ class Stages {
     const int nodes = planner.ocp().horizon();
     return {planner.plan(),
             nodes,
-            active_constraint(planner.plan(), nodes, planner.instance(), reach_, arm_, obstacles_),
+            active_constraint(planner.plan(), nodes, planner.instance(), reaches_, arm_, obstacles_),
             planner.fault(),
             solution.time_us,
             solution.objective,
@@ -205,7 +217,7 @@ class Stages {
   std::unique_ptr<Pipeline> pipeline_;
   Weights weights_;
   Kinematics arm_;
-  Reach reach_;
+  std::vector<Reach> reaches_;
   std::atomic_flag busy_;
   Time last_{Time::min()};
 };
@@ -281,7 +293,7 @@ void bind_planner(nb::module_& module) {
       .def_prop_ro("object_names", &Stages::object_names)
       .def("set_weights", &Stages::set_weights)
       .def_prop_ro("weights", &Stages::weights)
-      .def_prop_ro("target", &Stages::target)
+      .def("target", &Stages::target)
       .def("set_scale", &Stages::set_scale)
       .def("set_yaw", &Stages::set_yaw)
       .def("set_tilt", &Stages::set_tilt)

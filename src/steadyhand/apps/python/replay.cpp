@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 #include <map>
@@ -60,6 +61,27 @@ nb::object poses(const Items& items, const Entry& entry) {
   return array;
 }
 
+/// entry(item, t) fills the numbers of tool t, an array of this shape. Several tools add an axis behind the items'.
+template <typename Items, typename Entry>
+nb::object of_tools(const Items& items, int tools, const std::vector<std::size_t>& shape, const Entry& entry) {
+  std::vector<std::size_t> whole{items.size()};
+  if (tools > 1) whole.push_back(static_cast<std::size_t>(tools));
+  whole.insert(whole.end(), shape.begin(), shape.end());
+  std::size_t size = 1;
+  for (const std::size_t length : shape) size *= length;
+  double* data = nullptr;
+  nb::object array = make_array(whole, data);
+  for (const auto& item : items) {
+    for (int t = 0; t < tools; ++t, data += size) entry(item, t, data);
+  }
+  return array;
+}
+template <typename Items>
+nb::object grippers(const Items& items, int tools) {
+  return of_tools(items, tools, {},
+                  [](const auto& item, int t, double* data) { *data = item.gripper[t].value_or(kNone); });
+}
+
 nb::dict columns_of(const std::vector<OperatorSample>& samples) {
   nb::dict columns;
   columns["t"] = numbers(samples, [](const auto& s) { return to_seconds(s.stamp.hand); });
@@ -71,25 +93,26 @@ nb::dict columns_of(const std::vector<OperatorSample>& samples) {
   for (const OperatorSample& sample : samples) leaders.append(to_text(to_string(sample.leader)));
   columns["leader"] = leaders;
   columns["intervention"] = numbers(samples, [](const auto& s) { return s.intervention; });
+  columns["tool"] = numbers(samples, [](const auto& s) { return s.tool; });
   return columns;
 }
 
-nb::dict columns_of(const std::vector<JointCommand>& commands, std::size_t n) {
+nb::dict columns_of(const std::vector<JointCommand>& commands, std::size_t n, int tools) {
   nb::dict columns;
   columns["t"] = numbers(commands, [](const auto& c) { return to_seconds(c.stamp.made); });
   columns["q"] = vectors(commands, n, [](const auto& c) -> const auto& { return c.q; });
   columns["dq"] = vectors(commands, n, [](const auto& c) -> const auto& { return c.dq; });
   columns["ddq"] = vectors(commands, n, [](const auto& c) -> const auto& { return c.ddq; });
-  columns["gripper"] = numbers(commands, [](const auto& c) { return c.gripper.value_or(kNone); });
+  columns["gripper"] = grippers(commands, tools);
   return columns;
 }
 
-nb::dict columns_of(const std::vector<JointState>& states, std::size_t n) {
+nb::dict columns_of(const std::vector<JointState>& states, std::size_t n, int tools) {
   nb::dict columns;
   columns["t"] = numbers(states, [](const auto& s) { return to_seconds(s.stamp.made); });
   columns["q"] = vectors(states, n, [](const auto& s) -> const auto& { return s.q; });
   columns["dq"] = vectors(states, n, [](const auto& s) -> const auto& { return s.dq; });
-  columns["gripper"] = numbers(states, [](const auto& s) { return s.gripper.value_or(kNone); });
+  columns["gripper"] = grippers(states, tools);
   return columns;
 }
 
@@ -114,12 +137,20 @@ nb::dict columns_of(const std::vector<PlanStep>& steps, const RunNames& names) {
   const std::size_t n = names.joints.size();
   nb::dict columns;
   columns["t"] = numbers(steps, [](const auto& s) { return s.t_s; });
-  columns["T_base_target"] = poses(steps, [](const auto& s) { return s.X_base_target; });
-  columns["T_base_tool"] = poses(steps, [](const auto& s) { return s.X_base_planned; });
+  const int tools = names.tool_count();
+  const auto poses_of = [&](Pose ToolStep::*pose) {
+    return of_tools(steps, tools, {4, 4}, [pose](const PlanStep& s, int t, double* data) {
+      write_pose((s.tools[t].*pose).p, (s.tools[t].*pose).q.toRotationMatrix(), data);
+    });
+  };
+  columns["T_base_target"] = poses_of(&ToolStep::X_base_target);
+  columns["T_base_tool"] = poses_of(&ToolStep::X_base_planned);
   columns["q"] = vectors(steps, n, [](const auto& s) -> const auto& { return s.q; });
   columns["dq"] = vectors(steps, n, [](const auto& s) -> const auto& { return s.dq; });
   columns["ddq"] = vectors(steps, n, [](const auto& s) -> const auto& { return s.ddq; });
-  columns["local_acceleration"] = vectors(steps, 3, [](const auto& s) -> const auto& { return s.local_acceleration; });
+  columns["local_acceleration"] = of_tools(steps, tools, {3}, [](const PlanStep& s, int t, double* data) {
+    std::copy_n(s.tools[t].local_acceleration.data(), 3, data);
+  });
   columns["objective"] = numbers(steps, [](const auto& s) { return s.objective; });
   nb::dict shares;
   for (std::size_t i = 0; i < names.terms.size(); ++i)
@@ -131,7 +162,8 @@ nb::dict columns_of(const std::vector<PlanStep>& steps, const RunNames& names) {
   for (const PlanStep& step : steps) status.append(to_text(to_string(step.status)));
   columns["status"] = status;
   columns["clearance"] = numbers(steps, [](const auto& s) { return s.smallest_sphere_distance_m; });
-  columns["engaged"] = numbers(steps, [](const auto& s) { return s.engaged; });
+  columns["engaged"] =
+      of_tools(steps, tools, {}, [](const PlanStep& s, int t, double* data) { *data = s.tools[t].engaged; });
   columns["object_distances"] = object_distances(steps);
   return columns;
 }
@@ -164,17 +196,22 @@ RecordingOptions range(const std::string& track, double from, double until) {
   return {track, from, until > 0.0 ? until : kForever};
 }
 
-Hand load_hand(const std::string& path, const std::string& track, double from, double until) {
+Hand load_hand(const std::string& path, const std::string& track, double from, double until,
+               const std::vector<std::string>& tools) {
   const Unlocked unlocked;
-  return through_gate(value_of(load_recording(path, range(track, from, until))));
+  RecordingOptions options = range(track, from, until);
+  options.tools = tools;
+  return through_gate(value_of(load_recording(path, options)));
 }
 
-Hand make_hand(const Row& t, const Matrices4& T, const Row& clutch) {
+Hand make_hand(const Row& t, const Matrices4& T, const Row& clutch, const Row& tool) {
   SampleList samples;
   for (std::size_t i = 0; i < t.shape(0); ++i) {
     const std::string where = fmt::format("recording[{}]", i);
     const Pose pose = to_pose(T.data() + 16 * i, (where + ": T_operator_hand").c_str());
-    check(samples.add({t(i), pose.p, pose.q, clutch(i) != 0.0}, where));
+    if (tool(i) < 0 || tool(i) >= kMaxTools)
+      throw Refused(fmt::format("{}: tool is {}; it must be 0 or 1", where, tool(i)));
+    check(samples.add({t(i), pose.p, pose.q, clutch(i) != 0.0}, where, static_cast<int>(tool(i))));
   }
   return through_gate({"arrays", "", value_of(std::move(samples).take(0.0, kForever, "recording"))});
 }
@@ -219,7 +256,7 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
   const RunNames names = run_names(*robot.model, settings.pipeline.ocp.objectives);
   nb::dict answer;
   answer["steps"] = columns_of(result.steps, names);
-  answer["commands"] = columns_of(result.commands, names.joints.size());
+  answer["commands"] = columns_of(result.commands, names.joints.size(), names.tool_count());
   return answer;
 }
 
@@ -239,16 +276,17 @@ nb::dict read_session(const std::string& path) {
   answer["duration"] = session.overview.any ? session.duration() : 0.0;
   answer["metadata"] = nb::cast(session.overview.metadata);
   answer["joint_names"] = nb::tuple(nb::cast(session.names.joints));
+  answer["tool_names"] = nb::tuple(nb::cast(session.names.tools));
   answer["joint_units"] = nb::tuple(nb::cast(session.names.joint_units));
   answer["velocity_max"] = from_vector(session.velocity_max);
   answer["acceleration_max"] = from_vector(session.acceleration_max);
   answer["samples"] = columns_of(session.samples);
   answer["steps"] = columns_of(session.steps, session.names);
-  answer["commands"] = columns_of(session.commands, n);
-  answer["states"] = columns_of(session.states, n);
+  answer["commands"] = columns_of(session.commands, n, session.names.tool_count());
+  answer["states"] = columns_of(session.states, n, session.names.tool_count());
   nb::list changes;
   for (const SessionFile::Change& change : session.changes)
-    changes.append(nb::make_tuple(to_seconds(change.at), change.from, change.to, change.reason));
+    changes.append(nb::make_tuple(to_seconds(change.at), change.from, change.to, change.reason, change.tool));
   answer["changes"] = changes;
   nb::list settings;
   for (const SettingsChange& change : session.settings)

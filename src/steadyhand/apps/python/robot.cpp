@@ -20,25 +20,26 @@ Kinematics& at(Robot& robot, const Row& q) {
   return robot.arm;
 }
 
-nb::object fk(Robot& robot, const Row& q) {
+nb::object fk(Robot& robot, const Row& q, int tool) {
   const Kinematics& arm = at(robot, q);
-  return from_pose(arm.p(), arm.R());
+  return from_pose(arm.p(tool), arm.R(tool));
 }
 
-nb::object jacobian(Robot& robot, const Row& q) {
+nb::object jacobian(Robot& robot, const Row& q, int tool) {
   const Kinematics& arm = at(robot, q);
   const int n = arm.dof();
   double* data = nullptr;
   nb::object array = make_array({6, static_cast<std::size_t>(n)}, data);
   Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>> J(data, 6, n);
-  for (int k = 0; k < n; ++k) J.col(k) << arm.dp(k), arm.axis(k);
+  J.setZero();
+  for (const int k : arm.chain(tool)) J.col(k) << arm.dp(k, tool), arm.axis(k);
   return array;
 }
 
-nb::object local_acceleration(Robot& robot, const Row& q, const Row& dq, const Row& ddq) {
+nb::object local_acceleration(Robot& robot, const Row& q, const Row& dq, const Row& ddq, int tool) {
   Kinematics& arm = at(robot, q);
   arm.set_motion(to_joints(dq), to_joints(ddq));
-  return from_vector(arm.local_acceleration());
+  return from_vector(arm.local_acceleration(tool));
 }
 
 nb::object body_centers(Robot& robot, const Row& q) {
@@ -50,11 +51,11 @@ nb::object body_centers(Robot& robot, const Row& q) {
   return array;
 }
 
-nb::tuple reach(const Robot& robot) {
+nb::tuple reach(const Robot& robot, int tool) {
   Reach ball;
   {
     const Unlocked unlocked;
-    ball = compute_reach(*robot.model);
+    ball = compute_reach(*robot.model, tool);
   }
   return nb::make_tuple(from_vector(ball.center), ball.radius);
 }
@@ -71,12 +72,12 @@ void bind_robot(nb::module_& module) {
                      for (const std::string& doubt : doubts_about(*robot.model)) doubts.append(nb::str(doubt.c_str()));
                      return doubts;
                    })
-      .def("fk", &fk)
-      .def("jacobian", &jacobian)
+      .def("fk", &fk, nb::arg("q"), nb::arg("tool") = 0)
+      .def("jacobian", &jacobian, nb::arg("q"), nb::arg("tool") = 0)
       .def("clearance", [](Robot& robot, const Row& q) { return clearance(at(robot, q)); })
-      .def("local_acceleration", &local_acceleration)
+      .def("local_acceleration", &local_acceleration, nb::arg("q"), nb::arg("dq"), nb::arg("ddq"), nb::arg("tool") = 0)
       .def("body_centers", &body_centers)
-      .def("reach", &reach);
+      .def("reach", &reach, nb::arg("tool") = 0);
 }
 
 }  // namespace steadyhand::python

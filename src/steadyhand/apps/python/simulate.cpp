@@ -35,14 +35,12 @@ struct Simulation {
   /// The person's hand, 100 times a second.
   void feed(const SessionSnapshot& look) {
     if (operator_) {
-      const double gripper = look.measured.gripper.value_or(std::numeric_limits<double>::quiet_NaN());
-      OperatorSample sample = operator_->update(look.now, run->scene(), look.X_base_tool, gripper);
-      run->desk().hand(sample);
+      run->operate(*operator_, look);
       return;
     }
     OperatorSample sample;
     sample.stamp = {look.now, look.now};
-    sample.X_operator_hand = person.value_or(look.X_base_tool);
+    sample.X_operator_hand = person.value_or(look.tools[0].X_base_tool);
     sample.clutch = person.has_value();
     if (person) sample.gripper = person_gripper;
     run->desk().hand(sample);
@@ -56,19 +54,20 @@ struct Simulation {
 
   nb::dict observe() const {
     const SessionSnapshot& look = run->look();
+    const ToolSnapshot& tool = look.tools[0];  // tasks are of one
     nb::dict o;
     o["t"] = to_seconds(look.now);
     o["state"] = to_text(to_string(look.state));
     o["reason"] = to_text(look.reason);
     const bool led = look.state == SupervisionState::kEngaged || look.state == SupervisionState::kHolding;
-    o["leader"] = led ? nb::object(to_text(to_string(look.target.leader))) : nb::none();
+    o["leader"] = led ? nb::object(to_text(to_string(tool.target.leader))) : nb::none();
     o["q"] = from_vector(look.measured.q);
     o["dq"] = from_vector(look.measured.dq);
     o["command"] = from_vector(look.command.q);
-    o["gripper"] = look.measured.gripper ? nb::cast(*look.measured.gripper) : nb::none();
-    o["gripper_command"] = look.command.gripper ? nb::cast(*look.command.gripper) : nb::none();
-    o["T_base_tool"] = from_pose(look.X_base_tool.p, look.X_base_tool.q.toRotationMatrix());
-    o["T_base_target"] = from_pose(look.target.X_base_tool.p, look.target.X_base_tool.q.toRotationMatrix());
+    o["gripper"] = tool.gripper ? nb::cast(*tool.gripper) : nb::none();
+    o["gripper_command"] = tool.gripper_command ? nb::cast(*tool.gripper_command) : nb::none();
+    o["T_base_tool"] = from_pose(tool.X_base_tool.p, tool.X_base_tool.q.toRotationMatrix());
+    o["T_base_target"] = from_pose(tool.target.X_base_tool.p, tool.target.X_base_tool.q.toRotationMatrix());
     nb::dict things;
     const SceneState& scene = run->scene();
     for (int i = 0; i < scene.things; ++i) {

@@ -1,5 +1,7 @@
 #include "steadyhand/apps/simulate/task_run.hpp"
 
+#include <limits>
+
 #include "steadyhand/arms/mujoco/scene_model.hpp"
 #include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
@@ -20,6 +22,9 @@ Result<TaskStage> TaskStage::open(const std::string& task, const std::string& ro
   Result<RobotModel> model = open_robot(name, places);
   if (!model) return model.error();
   stage.model = *std::move(model);
+  std::vector<std::string> tools;
+  for (const Tool& tool : stage.model.tools) tools.push_back(tool.name);
+  if (Status s = find_tools(stage.task, tools); !s) return s.error();
   Result<ChainDynamics> dynamics = open_dynamics(name, places);
   if (!dynamics) return dynamics.error();
   stage.dynamics = *std::move(dynamics);
@@ -96,6 +101,15 @@ Status TaskRun::mark(EpisodeMark::Kind kind) {
   return recorder_->mark(mark);
 }
 
+void TaskRun::operate(ScriptedOperator& person, const SessionSnapshot& look) {
+  PerTool<SeenTool> seen;
+  for (int t = 0; t < look.tool_count; ++t) {
+    const ToolSnapshot& tool = look.tools[t];
+    seen[t] = {tool.X_base_tool, tool.gripper.value_or(std::numeric_limits<double>::quiet_NaN())};
+  }
+  for (const OperatorSample& sample : person.update(look.now, scene_, seen)) desk_->hand(sample);
+}
+
 void TaskRun::step() {
   if (!started_) {
     started_ = true;
@@ -116,7 +130,7 @@ void TaskRun::see(const SessionSnapshot& look) {
   if (look.state == SupervisionState::kIdle || (!arm_->read_scene(scene_) && !ready_)) return;
   if (recorder_ && !ready_) (void)mark(EpisodeMark::Kind::kBegin);  // of one that cannot begin, the end reports it
   ready_ = true;
-  const TaskProgress& progress = judge_.update(scene_, look.liquid.spilled_share);
+  const TaskProgress& progress = judge_.update(scene_, spilled_share(look));
   if (recorder_) recorder_->see({scene_, progress});
   if (Status s = things_.follow(scene_, *session_); !s && fault_) fault_ = s;
   if (on_look) on_look(look);

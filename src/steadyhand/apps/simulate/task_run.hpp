@@ -14,6 +14,7 @@
 #include "steadyhand/operator/protocol/scene_things.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
 #include "steadyhand/session/live/one_thread_session.hpp"
+#include "steadyhand/session/task/scripted_operator.hpp"
 #include "steadyhand/session/task/task.hpp"
 
 namespace steadyhand {
@@ -52,6 +53,8 @@ class TaskRun {
 
   /// Called 100 times a second with the session's state; feeds hands and targets to desk(). Before the first step.
   std::function<void(const SessionSnapshot&)> on_look;
+  /// Feeds the hands of a scripted operator who sees this state. Call it in on_look.
+  void operate(ScriptedOperator& person, const SessionSnapshot& look);
   /// One cycle of the arm, and what is due by then.
   void step();
 

@@ -5,6 +5,12 @@
 
 namespace steadyhand {
 
+PerTool<bool> grippers_of(const RobotModel& model) {
+  PerTool<bool> grippers{};
+  for (int i = 0; i < model.tool_count(); ++i) grippers[i] = model.tools[i].gripper_time.has_value();
+  return grippers;
+}
+
 ClockedArm::ClockedArm(const RobotModel& model, const JointVector& q, ArmInfo info,
                        const PositionInterfaceSettings& settings, Clock& clock)
     : model_(&model),
@@ -15,12 +21,17 @@ ClockedArm::ClockedArm(const RobotModel& model, const JointVector& q, ArmInfo in
       dq_(JointVector::Zero(model.dof())),
       clock_(&clock),
       info_(std::move(info)) {
-  if (info_.gripper) gripper_ = gripper_command_ = 0.0;
+  for (int i = 0; i < kMaxTools; ++i) {
+    if (info_.gripper[i]) gripper_[i] = gripper_command_[i] = 0.0;
+  }
 }
 
 void ClockedArm::send(const JointCommand& command) {
   interface_.send(command, q_);
-  if (gripper_ && command.gripper && interface_.moves()) gripper_command_ = std::clamp(*command.gripper, 0.0, 1.0);
+  for (int i = 0; i < kMaxTools; ++i) {
+    if (gripper_[i] && command.gripper[i] && interface_.moves())
+      gripper_command_[i] = std::clamp(*command.gripper[i], 0.0, 1.0);
+  }
 }
 
 ArmState ClockedArm::receive() {

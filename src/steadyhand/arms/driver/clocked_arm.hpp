@@ -6,6 +6,9 @@
 
 namespace steadyhand {
 
+/// Which tools of a robot are grippers.
+PerTool<bool> grippers_of(const RobotModel& model);
+
 /// A simulated arm: a clock paces its cycles, and it takes commands as PositionInterface does. Subclasses move it.
 class ClockedArm : public Arm {
  public:
@@ -26,7 +29,7 @@ class ClockedArm : public Arm {
   PositionInterface interface_;
   std::uint64_t cycle_ = 0;  ///< that have ended
   JointVector q_, dq_;
-  std::optional<double> gripper_, gripper_command_;  ///< 0 open to 1 closed; absent: it has none
+  PerTool<std::optional<double>> gripper_, gripper_command_;  ///< 0 open to 1 closed; absent: the tool is none
 
  private:
   Clock* clock_;

@@ -15,7 +15,7 @@ class SimulatedArm::Servo final : public ClockedArm {
   Servo(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock)
       : ClockedArm(model, q,
                    {model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag,
-                    kSimulated.hardware, model.tool().gripper_time.has_value()},
+                    kSimulated.hardware, grippers_of(model)},
                    {settings.bridged, settings.command_timeout, settings.start_time}, clock),
         settings_(settings),
         random_(settings.seed) {}
@@ -50,9 +50,10 @@ ArmState SimulatedArm::Servo::receive() {
 
 void SimulatedArm::Servo::advance(Time end) {
   const double dt = to_seconds(period_);
-  if (gripper_) {
-    const double most = dt / *model_->tool().gripper_time;
-    *gripper_ += std::clamp(*gripper_command_ - *gripper_, -most, most);
+  for (int i = 0; i < model_->tool_count(); ++i) {
+    if (!gripper_[i]) continue;
+    const double most = dt / *model_->tools[i].gripper_time;
+    *gripper_[i] += std::clamp(*gripper_command_[i] - *gripper_[i], -most, most);
   }
   if (interface_.moves()) {
     const double share = settings_.servo_lag > 0.0 ? -std::expm1(-dt / settings_.servo_lag) : 1.0;

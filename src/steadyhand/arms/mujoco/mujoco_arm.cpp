@@ -26,10 +26,10 @@ constexpr Time kShowPeriod = std::chrono::milliseconds(10);
 struct MujocoArm::Simulation {
   std::unique_ptr<SceneModel> scene;
   std::unique_ptr<mjData, void (*)(mjData*)> data;
-  int steps = 1;                                     ///< a cycle
-  JointVector stiffness, damping, effort, most;      ///< Nm/rad, Nms/rad, Nm, and Nm against an error
-  std::vector<double> acceleration, inertial;        ///< nv
-  double closes_in = kClosesIn, gripper_wish = 0.0;  ///< s; where the gripper is to be by now, 0 to 1
+  int steps = 1;                                 ///< a cycle
+  JointVector stiffness, damping, effort, most;  ///< Nm/rad, Nms/rad, Nm, and Nm against an error
+  std::vector<double> acceleration, inertial;    ///< nv
+  PerTool<double> closes_in{}, gripper_wish{};   ///< s; where the gripper is to be by now, 0 to 1
   bool touches_forbidden = false;
 
   Simulation(std::unique_ptr<SceneModel> made, const ChainDynamics& dynamics, const MujocoSettings& settings)
@@ -65,14 +65,19 @@ Result<std::unique_ptr<MujocoArm>> MujocoArm::make(const RobotModel& model, cons
 MujocoArm::MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene, const ChainDynamics& dynamics,
                      const Task& task, const MujocoSettings& settings, Clock& clock)
     : ClockedArm(model, model.home,
-                 {model.name + " (MuJoCo)", model.dof(), settings.rate_hz, settings.latency, kMujoco.hardware,
-                  scene->gripper >= 0},
+                 {model.name + " (MuJoCo)",
+                  model.dof(),
+                  settings.rate_hz,
+                  settings.latency,
+                  kMujoco.hardware,
+                  {scene->gripper[0].actuator >= 0, scene->gripper[1].actuator >= 0}},
                  {.command_timeout = settings.command_timeout, .start_time = settings.start_time}, clock),
       task_(task),
       settings_(settings),
       simulation_(std::make_unique<Simulation>(std::move(scene), dynamics, settings)),
       held_{{now_, now_}, q_, dq_, dq_} {
-  simulation_->closes_in = model.tool().gripper_time.value_or(kClosesIn);
+  for (int i = 0; i < model.tool_count(); ++i)
+    simulation_->closes_in[i] = model.tools[i].gripper_time.value_or(kClosesIn);
   for (int k = 0; k < model.dof(); ++k) simulation_->data->qpos[simulation_->scene->position[k]] = q_[k];
   mujoco().mj_forward(simulation_->scene->model.get(), simulation_->data.get());
 }
@@ -129,13 +134,17 @@ void MujocoArm::step(const JointCommand& set_point) {
     m->actuator_forcerange[2 * servo] = std::max(-s.effort[k], motion - s.most[k]);
     m->actuator_forcerange[2 * servo + 1] = std::min(s.effort[k], motion + s.most[k]);
   }
-  if (gripper_) {
-    const double most = m->opt.timestep / s.closes_in;
-    s.gripper_wish += std::clamp(*gripper_command_ - s.gripper_wish, -most, most);
-    d->ctrl[s.scene->gripper] = s.scene->gripper_closed * s.gripper_wish;
+  for (int i = 0; i < kMaxTools; ++i) {
+    if (!gripper_[i]) continue;
+    const double most = m->opt.timestep / s.closes_in[i];
+    s.gripper_wish[i] += std::clamp(*gripper_command_[i] - s.gripper_wish[i], -most, most);
+    d->ctrl[s.scene->gripper[i].actuator] = s.scene->gripper[i].closed * s.gripper_wish[i];
   }
   mujoco().mj_step2(m, d);
-  if (gripper_) gripper_ = std::clamp(d->actuator_length[s.scene->gripper] / s.scene->gripper_closed, 0.0, 1.0);
+  for (int i = 0; i < kMaxTools; ++i) {
+    const auto& [actuator, closed] = s.scene->gripper[i];
+    if (gripper_[i]) gripper_[i] = std::clamp(d->actuator_length[actuator] / closed, 0.0, 1.0);
+  }
   const bool touched = std::exchange(s.touches_forbidden, touches_forbidden());
   state_.forbidden += !touched && s.touches_forbidden;
   for (int k = 0; k < n; ++k) {
@@ -209,7 +218,7 @@ void MujocoArm::show(Time now) {
     shown.velocity = Eigen::Map<const Vector3>(velocity + 3);
     shown.touches = 0;
   }
-  std::array<std::uint32_t, 2> on_finger{};  // things that each finger touches
+  std::array<std::uint32_t, 2 * kMaxTools> on_finger{};  // things that each finger touches
   for (int c = 0; c < d->ncon; ++c) {
     const mjContact& contact = d->contact[c];
     if (contact.exclude != 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
@@ -222,7 +231,11 @@ void MujocoArm::show(Time now) {
     if (other.finger >= 0) on_finger[other.finger] |= one.things;
   }
   for (int i = 0; i < state_.things; ++i) {
-    state_.thing[i].grasped = (on_finger[0] & on_finger[1] & 1u << i) != 0;
+    ThingState& shown = state_.thing[i];
+    const auto grasps = [&](int tool) { return ((on_finger[2 * tool] & on_finger[2 * tool + 1]) >> i & 1u) != 0; };
+    // The gripper that grasped it first has it until it releases it.
+    if (!grasps(shown.grasped_by)) shown.grasped_by = grasps(1) ? 1 : 0;
+    shown.grasped = grasps(shown.grasped_by);
   }
   shown_.write(state_);
 }

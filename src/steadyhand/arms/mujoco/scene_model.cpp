@@ -112,14 +112,14 @@ void add_joint(mjSpec& spec, mjsBody& body, const RobotModel& arm, int k, double
   servo->forcerange[1] = effort;
 }
 
-/// The chain, from link 0 to the last, whose body it returns.
-mjsBody* add_arm(mjSpec& spec, const RobotModel& arm, const ChainDynamics& dynamics,
-                 const std::vector<std::string>& without) {
+/// The tree of joints. Returns the bodies of the links, 0 to n.
+std::vector<mjsBody*> add_arm(mjSpec& spec, const RobotModel& arm, const ChainDynamics& dynamics,
+                              const std::vector<std::string>& without) {
   mjsBody* at = mujoco().mjs_addBody(mujoco().mjs_findBody(&spec, "world"), nullptr);
   mujoco().mjs_setName(at->element, "arm/base");
   std::vector<mjsBody*> links = {at};
   for (int k = 0; k < arm.dof(); ++k) {
-    at = mujoco().mjs_addBody(at, nullptr);
+    at = mujoco().mjs_addBody(links[arm.parent(k)], nullptr);
     mujoco().mjs_setName(at->element, fmt::format("arm/link_{}", k + 1).c_str());
     place(*at, arm.joints[k].origin);
     set_inertia(*at, dynamics.links[k + 1]);
@@ -130,23 +130,29 @@ mjsBody* add_arm(mjSpec& spec, const RobotModel& arm, const ChainDynamics& dynam
     if (std::find(without.begin(), without.end(), body.name) != without.end()) continue;
     add_geom(links[body.link], "arm/" + body.name, body.shape, body.origin, kArmBit);
   }
-  return at;
+  return links;
 }
 
-/// The body `tool` of a file at the end of the arm, or an empty one.
-Status add_tool(mjsBody& last, const RobotModel& arm, const std::filesystem::path& file, const mjSpec* read) {
+/// What names of a tool's file begin with in the scene.
+std::string prefix_of(const RobotModel& arm, int tool) {
+  return arm.tool_count() > 1 ? arm.tools[tool].name + "/" : "";
+}
+
+/// The body `tool` of a file at the tool's place, or an empty one.
+Status add_tool(mjsBody& link, const Tool& at, const std::string& prefix, const std::filesystem::path& file,
+                const mjSpec* read) {
   if (read == nullptr) {
-    mjsBody* tool = mujoco().mjs_addBody(&last, nullptr);
-    mujoco().mjs_setName(tool->element, "tool");
-    place(*tool, arm.tool().origin);
+    mjsBody* tool = mujoco().mjs_addBody(&link, nullptr);
+    mujoco().mjs_setName(tool->element, (prefix + "tool").c_str());
+    place(*tool, at.origin);
     return Done{};
   }
   mjsBody* tool = mujoco().mjs_findBody(read, "tool");
   if (tool == nullptr) return Error{fmt::format("{}: has no body named 'tool'", file.string())};
-  mjsFrame* frame = mujoco().mjs_addFrame(&last, nullptr);
-  place(*frame, arm.tool().origin);
-  mjsElement* attached = mujoco().mjs_attach(frame->element, tool->element, "", "");
-  if (attached == nullptr) return failure(file, mujoco().mjs_getError(mujoco().mjs_getSpec(last.element)));
+  mjsFrame* frame = mujoco().mjs_addFrame(&link, nullptr);
+  place(*frame, at.origin);
+  mjsElement* attached = mujoco().mjs_attach(frame->element, tool->element, prefix.c_str(), "");
+  if (attached == nullptr) return failure(file, mujoco().mjs_getError(mujoco().mjs_getSpec(link.element)));
   return Done{};
 }
 
@@ -194,11 +200,15 @@ Status find_things(const Task& task, SceneModel& scene) {
   return Done{};
 }
 
-/// The gripper of the tool, if it is one.
-void find_gripper(SceneModel& scene) {
+/// The frame of each tool, and its gripper, if it is one.
+void find_tools(const RobotModel& arm, SceneModel& scene) {
   const mjModel* model = scene.model.get();
-  scene.gripper = mujoco().mj_name2id(model, mjOBJ_ACTUATOR, kGripper);
-  if (scene.gripper >= 0) scene.gripper_closed = model->actuator_ctrlrange[2 * scene.gripper + 1];
+  for (int i = 0; i < arm.tool_count(); ++i) {
+    scene.tool[i] = mujoco().mj_name2id(model, mjOBJ_BODY, (prefix_of(arm, i) + "tool").c_str());
+    auto& [actuator, closed] = scene.gripper[i];
+    actuator = mujoco().mj_name2id(model, mjOBJ_ACTUATOR, (prefix_of(arm, i) + kGripper).c_str());
+    if (actuator >= 0) closed = model->actuator_ctrlrange[2 * actuator + 1];
+  }
 }
 
 /// Whether this geom of the arm may touch the kept-off object: its body or link is named, or a body that the tool's
@@ -211,7 +221,9 @@ bool may_touch(const KeptOff& kept, const RobotModel& arm, const Task& task, con
   for (const Body& body : arm.bodies) {
     if (name == "arm/" + body.name) return named(body.name) || named(arm.link_names[body.link]);
   }
-  return std::any_of(task.stands_for.begin(), task.stands_for.end(), named) || named(arm.link_names.back());
+  const auto carries = [&](const Tool& tool) { return named(arm.link_names[tool.link]); };
+  return std::any_of(task.stands_for.begin(), task.stands_for.end(), named) ||
+         std::any_of(arm.tools.begin(), arm.tools.end(), carries);
 }
 
 void find_roles(const RobotModel& arm, const Task& task, SceneModel& scene) {
@@ -226,8 +238,9 @@ void find_roles(const RobotModel& arm, const Task& task, SceneModel& scene) {
         role.things |= 1u << i;
       }
     }
-    for (int finger = 0; finger < 2; ++finger) {
-      if (of == mujoco().mj_name2id(model, mjOBJ_BODY, kFingers[finger])) role.finger = finger;
+    for (int finger = 0; finger < 2 * arm.tool_count(); ++finger) {
+      const std::string name = prefix_of(arm, finger / 2) + kFingers[finger % 2];
+      if (of == mujoco().mj_name2id(model, mjOBJ_BODY, name.c_str())) role.finger = finger;
     }
     for (std::size_t k = 0; k < task.keeps_off.size(); ++k) {
       if (geom == mujoco().mj_name2id(model, mjOBJ_GEOM, task.keeps_off[k].geom.c_str()))
@@ -245,11 +258,11 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
   if (Status s = load_mujoco(); !s) return s.error();
   Result<Spec> read = task.scene.empty() ? Result<Spec>(Spec(mujoco().mj_makeSpec())) : parse(task.scene);
   if (!read) return read.error();
-  Spec tool;
-  if (!task.tool.empty()) {
+  PerTool<Spec> tools;  // attaching one takes its spec
+  for (int i = 0; i < arm.tool_count() && !task.tool.empty(); ++i) {
     Result<Spec> read_tool = parse(task.tool);
     if (!read_tool) return read_tool.error();
-    tool = *std::move(read_tool);
+    tools[i] = *std::move(read_tool);
   }
   mjSpec& spec = **read;
   for (const std::string& name : task.stands_for) {
@@ -272,8 +285,12 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
       add_geom(mujoco().mjs_findBody(&spec, "world"), "cell/" + object.name, object.shape, object.origin, kSceneBit);
     }
   }
-  mjsBody* last = add_arm(spec, arm, dynamics, task.stands_for);
-  if (Status s = add_tool(*last, arm, task.tool, tool.get()); !s) return s.error();
+  const std::vector<mjsBody*> links = add_arm(spec, arm, dynamics, task.stands_for);
+  for (int i = 0; i < arm.tool_count(); ++i) {
+    const Tool& tool = arm.tools[i];
+    if (Status s = add_tool(*links[tool.link], tool, prefix_of(arm, i), task.tool, tools[i].get()); !s)
+      return s.error();
+  }
   spec.option.timestep = step;
   spec.option.integrator = mjINT_IMPLICITFAST;  // servos' damping is stiff
   spec.option.disableflags |= mjDSBL_AUTORESET;
@@ -291,10 +308,9 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
     scene.velocity.push_back(model->jnt_dofadr[id]);
     scene.actuator.push_back(mujoco().mj_name2id(model, mjOBJ_ACTUATOR, name.c_str()));
   }
-  scene.tool = mujoco().mj_name2id(model, mjOBJ_BODY, "tool");
   add_damping(arm, dynamics, scene);
   if (Status s = find_things(task, scene); !s) return s.error();
-  find_gripper(scene);
+  find_tools(arm, scene);
   find_roles(arm, task, scene);
   return scene;
 }

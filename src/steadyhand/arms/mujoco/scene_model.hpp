@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "steadyhand/arms/mujoco/mujoco_library.hpp"
+#include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/geometry/robot/urdf_dynamics.hpp"
@@ -29,7 +30,7 @@ struct SceneModel {
   std::unique_ptr<mjModel, FreeModel> model;
   std::vector<int> position, velocity;  ///< n: where joint k is in qpos and qvel
   std::vector<int> actuator;            ///< n: where it is in ctrl
-  int tool = 0;                         ///< MuJoCo's body whose frame is the controlled one
+  PerTool<int> tool{};                  ///< MuJoCo's body whose frame is the controlled one
 
   /// MuJoCo's ids for a thing of the task.
   struct Thing {
@@ -38,22 +39,26 @@ struct SceneModel {
   };
   std::vector<Thing> things;  ///< of Task::things
 
-  int gripper = -1;             ///< the actuator that closes it; -1: the tool is none
-  double gripper_closed = 1.0;  ///< value of that actuator for a closed gripper
+  struct Gripper {
+    int actuator = -1;    ///< that closes it; -1: the tool is none
+    double closed = 1.0;  ///< value of that actuator for a closed gripper
+  };
+  PerTool<Gripper> gripper{};
   /// Properties of a geom that matter in its contacts.
   struct GeomRole {
     std::uint32_t things = 0;     ///< a bit for each thing that it belongs to
-    int finger = -1;              ///< finger of the gripper, 0 or 1; -1: none
+    int finger = -1;              ///< of the gripper, 0 or 1, of the second tool's 2 or 3; -1: none
     int kept_off = -1;            ///< index into Task::keeps_off
     std::uint64_t not_touch = 0;  ///< bits by index into Task::keeps_off: this geom of the arm must not touch those
   };
   std::vector<GeomRole> roles;  ///< one for each geom
 };
 
-/// The arm, the cell and the task's scene in one model. The arm is its chain with the masses of its URDF; its bodies
-/// are solids that touch everything except the arm. The cell's objects are solids that do not move; those that belong
-/// to the task's scene come from that scene only. Each joint has a servo with the torque that the URDF allows. Steps
-/// are of `step` s. Fails, with the reason, on files that are no MJCF, and if a task names what its files lack.
+/// The arm, the cell and the task's scene in one model. The arm is its tree of joints with the masses of its URDF; its
+/// bodies are solids that touch everything except the arm. Each tool has the geometry of the task's tool; if there are
+/// two, its names there begin with that of the tool and '/'. The cell's objects are solids that do not move; those that
+/// belong to the task's scene come from that scene only. Each joint has a servo with the torque that the URDF allows.
+/// Steps are of `step` s. Fails, with the reason, on files that are no MJCF, and if a task names what its files lack.
 Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& dynamics, const Cell& cell,
                                     const Task& task, double step);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/arms/driver/clocked_arm.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
@@ -118,11 +119,19 @@ Status Ros2Arm::join(int domain) {
         [this](const Float64Message& message, Ros2PublisherId) { feedback_.receive(message); });
     if (!listens) return listens.error();
   }
-  if (model_->tool().gripper_time && !settings_.gripper.action.empty()) {
+  const PerTool<bool> grippers = grippers_of(*model_);
+  gripper_tool_ = static_cast<int>(std::find(grippers.begin(), grippers.end(), true) - grippers.begin());
+  if (gripper_tool_ < kMaxTools && !settings_.gripper.action.empty()) {
+    if (std::count(grippers.begin(), grippers.end(), true) > 1) {
+      return Error{
+          fmt::format("robot '{}' has two grippers, and ros2.gripper names the action of one; give each arm "
+                      "its own driver (--arm), or set ros2.gripper to nothing",
+                      model_->name)};
+    }
     auto gripper = Ros2Gripper::join(**node, settings_.gripper, *clock_);
     if (!gripper) return gripper.error();
     gripper_ = *std::move(gripper);
-    info_.gripper = true;
+    info_.gripper[gripper_tool_] = true;
   }
   node_ = std::move(*node);
   return Done{};
@@ -208,7 +217,7 @@ ArmState Ros2Arm::receive() {
     if (!feedback_.states_are_recent()) state_.joints.dq.setZero();
     if (!(state_.joints.dq.cwiseAbs().maxCoeff() < kStanding)) moved_ = state_.joints.stamp.made;
   }
-  if (gripper_) state_.joints.gripper = gripper_->position();
+  if (gripper_) state_.joints.gripper[gripper_tool_] = gripper_->position();
   if (phase_ != Phase::kStopped) proceed();
   if (phase_ == Phase::kStopped && lets_go_ && feedback_.why_not().empty() && standing()) {
     lets_go_ = false;
@@ -378,7 +387,7 @@ void Ros2Arm::send(const JointCommand& command) {
   const JointCommand on_plan = sample(plan_, now);
   if (!same(on_plan, command)) return stop("a command is not on the plan that was checked");
   last_command_ = state_.joints.stamp.made;
-  if (gripper_ && command.gripper) gripper_->move_to(*command.gripper);
+  if (gripper_ && command.gripper[gripper_tool_]) gripper_->move_to(*command.gripper[gripper_tool_]);
   sent_.add(command);
   order({command.stamp, command.q, command.dq, on_plan.ddq}, now);
   if (++cycles_since_order_ < cycles_per_order_) return;

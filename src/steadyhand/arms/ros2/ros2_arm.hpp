@@ -91,6 +91,7 @@ class Ros2Arm final : public Arm {
   std::atomic<bool> running_{false};
   std::thread speaker_, gripper_keeper_;
   std::unique_ptr<Ros2Gripper> gripper_;  ///< null: none
+  int gripper_tool_ = 0;                  ///< the tool that it is
   std::unique_ptr<Ros2Node> node_;        ///< last: goes first, and with it all callbacks
 };
 

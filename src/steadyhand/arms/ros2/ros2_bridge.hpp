@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "steadyhand/arms/driver/offset_filter.hpp"
@@ -23,7 +24,8 @@ namespace steadyhand {
 /// Shows a session to ROS 2, except the arm itself, and takes poses that control the arm. Publishes for RViz the target
 /// (geometry_msgs/PoseStamped), the planned path (nav_msgs/Path), and the glass and its liquid
 /// (visualization_msgs/MarkerArray), in the frame of the arm's base. Takes poses (geometry_msgs/PoseStamped) as the
-/// operator's hand: while they come, the clutch is engaged, so their changes move the arm.
+/// operator's hand: while they come, the clutch is engaged, so their changes move the arm. A robot's second tool has
+/// its own topics, whose last part follows the tool's name; see topic_of().
 class Ros2Bridge {
  public:
   using OnHand = std::function<void(const OperatorSample&)>;
@@ -51,14 +53,27 @@ class Ros2Bridge {
   Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings, const Clock& clock,
              OnHand on_hand);
   Status join(const Ros2Settings& settings, Ros2Node::OnFailure failed);
+  /// Topics of a tool, and the poses of its hand.
+  struct Side {
+    std::string hand;  ///< its topic; empty: none
+    Ros2Publisher<PoseStampedMessage> target;
+    Ros2Publisher<PathMessage> path;
+    Ros2Publisher<MarkerArrayMessage> liquid;
+    OffsetFilter offset;  ///< thread that listens; the next too
+    Time theirs{0};       ///< stamp of the newest pose
+    std::atomic<Time> received{Time::min()};
+    std::atomic<bool> closed{false};
+    std::optional<Time> unheeded_since;  ///< poses come, and the arm could follow them, but does not
+  };
   /// Why poses are not taken.
   enum class Refusal { kFrame, kPosition, kQuaternion, kNoPause };
-  void refuse(Refusal refusal, const std::string& why);
-  void watch_for_pause(const SessionSnapshot& snapshot, bool heeded);
-  void take_pose(const PoseStampedMessage& message);
-  void show_target(const SessionSnapshot& snapshot);
-  void show_path(const SessionSnapshot& snapshot);
-  void show_liquid(const SessionSnapshot& snapshot);
+  Status join_side(Ros2Node& node, int tool);
+  void refuse(const Side& side, Refusal refusal, const std::string& why);
+  void watch_for_pause(Side& side, SupervisionState state, bool heeded);
+  void take_pose(int tool, const PoseStampedMessage& message);
+  void show_target(Side& side, const ToolSnapshot& tool);
+  void show_path(Side& side, const ToolSnapshot& tool);
+  void show_liquid(Side& side, const ToolSnapshot& tool);
   /// As ROS has it: in the frame of the URDF's root.
   geometry_msgs_msg_dds__Pose_ in_root(const Pose& pose) const;
 
@@ -66,22 +81,20 @@ class Ros2Bridge {
   Pose X_base_root_;
   const Clock* clock_;
   OnHand on_hand_;
-  std::string hand_, frame_, nothing_;
+  std::string frame_, nothing_;
   std::vector<std::string> names_;  ///< of markers
   std_msgs_msg_dds__Header_ header_{};
-  Ros2Publisher<PoseStampedMessage> target_;
-  Ros2Publisher<PathMessage> path_;
-  Ros2Publisher<MarkerArrayMessage> liquid_;
-  OffsetFilter offset_;  ///< thread that listens; the next too
-  Time theirs_{0};       ///< stamp of the newest pose
-  std::atomic<Time> received_{Time::min()};
-  std::atomic<bool> closed_{false};
+  std::vector<std::string> tools_;  ///< names
+  PerTool<Side> sides_;
   std::atomic<std::uint64_t> ignored_{0};
-  std::optional<Time> unheeded_since_;  ///< poses come, and the arm could follow them, but does not
-  std::mutex mutex_;                    ///< guards the next two
-  std::set<Refusal> told_;
+  std::mutex mutex_;                                ///< guards the next two
+  std::set<std::pair<const Side*, Refusal>> told_;  ///< reasons that were reported
   std::vector<std::string> notices_;
   std::unique_ptr<Ros2Node> node_;  ///< last: goes first
 };
+
+/// Topic of a tool: of the first one `topic`, of others `topic` with the tool's name before its last part, in which
+/// letters that no topic may have become "_": /steadyhand/target and /steadyhand/right/target.
+std::string topic_of(const std::string& topic, const std::vector<std::string>& tools, int tool);
 
 }  // namespace steadyhand

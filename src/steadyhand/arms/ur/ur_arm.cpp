@@ -104,8 +104,8 @@ UniversalRobotsArm::~UniversalRobotsArm() {
 
 void UniversalRobotsArm::take_gripper(std::unique_ptr<RobotiqGripper> gripper) {
   gripper_ = std::move(gripper);
-  info_.gripper = true;
-  state_.joints.gripper = gripper_->position();
+  info_.gripper[0] = true;
+  state_.joints.gripper[0] = gripper_->position();
 }
 
 // ---------------------------------------------------------------------------------------------- connections
@@ -185,7 +185,7 @@ ArmState UniversalRobotsArm::receive() {
     keep_time_alone();
   }
   read_script();
-  if (gripper_) state_.joints.gripper = gripper_->position();
+  if (gripper_) state_.joints.gripper[0] = gripper_->position();
   if (rtde_ && received) proceed();
   state_.status = phase_ == Phase::kFollowing ? ArmStatus::kFollowing
                   : phase_ == Phase::kStopped ? ArmStatus::kStopped
@@ -387,7 +387,7 @@ void UniversalRobotsArm::send(const JointCommand& command) {
   if (phase_ != Phase::kFollowing) return;
   if (const std::string_view why = check_.refusal(command, state_.joints.q); !why.empty()) return stop(why);
   last_command_ = command;
-  if (gripper_ && command.gripper) gripper_->move_to(*command.gripper);
+  if (gripper_ && command.gripper[0]) gripper_->move_to(*command.gripper[0]);
   send_input(&command);
 }
 

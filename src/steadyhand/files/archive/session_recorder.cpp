@@ -24,14 +24,14 @@ std::string date_and_time() {
 
 }  // namespace
 
-SessionRecorder::Flight::Flight(double seconds)
-    : samples(kHandRate * seconds),
-      targets(kHandRate * seconds),
+SessionRecorder::Flight::Flight(double seconds, int tools)
+    : samples(tools * kHandRate * seconds),
+      targets(tools * kHandRate * seconds),
       steps(kStepRate * seconds),
       commands(kArmRate * seconds),
       states(kArmRate * seconds),
       changes(100.0),
-      liquid(kLookRate * seconds) {}
+      liquid(tools * kLookRate * seconds) {}
 
 SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin,
                                  std::unique_ptr<RecordingPlace> place, std::vector<CameraInfo> cameras)
@@ -47,7 +47,7 @@ SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settin
       needs_key_(cameras_.size()),
       has_begun_(cameras_.size()) {
   metadata_["run"]["started"] = stem_ + " UTC";
-  if (settings.flight_seconds > 0.0) flight_.emplace(settings.flight_seconds);
+  if (settings.flight_seconds > 0.0) flight_.emplace(settings.flight_seconds, names_.tool_count());
   if (settings.enabled) begin_file();
 }
 
@@ -102,7 +102,7 @@ void SessionRecorder::end_file() {
 
 /// Names, longest engaged first; without those engaged for less than kInPassing, unless liquid spilled under them.
 std::string SessionRecorder::profiles_that_led() const {
-  const std::vector<SpillLog::Spill>& spills = tally_.liquid.spills();
+  const std::vector<SpillLog::Spill> spills = spills_of(tally_.liquids);
   std::vector<std::pair<double, std::string>> led;
   for (const auto& [name, seconds] : tally_.led_by) {
     const auto spilled = [&name = name](const SpillLog::Spill& spill) { return spill.profile == name; };
@@ -116,9 +116,10 @@ std::string SessionRecorder::profiles_that_led() const {
 
 /// The entries that every summary of the current file has.
 std::map<std::string, std::string> SessionRecorder::spilled_and_led() const {
-  const SpillLog::Spill* worst = tally_.liquid.worst();
+  const std::vector<SpillLog::Spill> spills = spills_of(tally_.liquids);
+  const SpillLog::Spill* worst = worst_of(spills);
   return {{"spilled", worst ? "yes" : "no"},
-          {"spills", fmt::format("{}", tally_.liquid.spills().size())},
+          {"spills", fmt::format("{}", spills.size())},
           {"spilled_share", fmt::format("{:.6g}", worst ? worst->share : 0.0)},
           {"spilled_profile", worst ? worst->profile : ""},
           {"profiles", profiles_that_led()}};
@@ -177,9 +178,11 @@ LiveTaps SessionRecorder::taps() {
   taps.change = [=, this](SupervisionChange change) {
     change.at -= begin_;
     if (engaged_since_) tally_.engaged += change.at - std::max(*engaged_since_, tally_.begin);
-    engaged_since_ = change.to == SupervisionState::kEngaged ? std::optional(change.at) : std::nullopt;
+    engaged_[change.tool] = change.to == SupervisionState::kEngaged;
+    engaged_since_ = engaged_[0] || engaged_[1] ? std::optional(change.at) : std::nullopt;
     keep(change, &Flight::changes);
-    if (change.is_failure) fault_ = change;
+    if (change.is_failure && failed_ != change.at) fault_ = change;  // one for all tools
+    if (change.is_failure) failed_ = change.at;
   };
   taps.settings = [this](const AppliedSettings& applied) { write_settings(applied); };
   taps.cell = [this](Time at, const Cell& cell) { take_cell(at, cell); };
@@ -223,8 +226,10 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
   if (!file_ && !flight_) return;
   PlanStep step = describer_.describe(record.plan, record.at, record.ocp->horizon(), record.solved);
   step.t_s = to_seconds(record.at - begin_);
-  step.X_base_target = record.X_base_target;
-  step.engaged = record.engaged;
+  for (int t = 0; t < step.tool_count; ++t) {
+    step.tools[t].X_base_target = record.X_base_target[t];
+    step.tools[t].engaged = record.engaged[t];
+  }
   write(step);
   if (flight_) flight_->steps.push(step);
   if (!file_ || record.at < next_plan_) return;
@@ -236,7 +241,7 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
   reference.start -= begin_;
   reference.stamp.made = record.at - begin_;
   write(reference);
-  write(plan, describer_.path(plan));
+  write(plan, describer_.paths(plan));
 }
 
 Status SessionRecorder::mark(const EpisodeMark& mark) {
@@ -335,7 +340,9 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     end_file();
   }
   if (at < Time(0)) return;
-  tally_.liquid.see(at, now.liquid, operator_settings_ ? operator_settings_->profile : "");
+  for (int t = 0; t < now.tool_count; ++t) {
+    tally_.liquids[t].see(at, now.tools[t].liquid, operator_settings_ ? operator_settings_->profile : "");
+  }
   if (now.state == SupervisionState::kEngaged && operator_settings_ && !operator_settings_->profile.empty()) {
     tally_.led_by[operator_settings_->profile] += to_seconds(at - tally_.last);
   }
@@ -348,8 +355,10 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     if (cell_) write(at, cell_after(*cell_, to_seconds(at - cell_at_)));
   }
   write_waiting();
-  write(at, now.liquid);
-  if (flight_) flight_->liquid.push({at, now.liquid});
+  for (int t = 0; t < now.tool_count; ++t) {
+    write(at, now.tools[t].liquid, t);
+    if (flight_) flight_->liquid.push({at, now.tools[t].liquid, t});
+  }
   const ActiveConstraint& c = now.constraint;
   if (c.kind != constraint_.kind || c.first != constraint_.first || c.second != constraint_.second) {
     constraint_ = c;
@@ -402,7 +411,7 @@ void SessionRecorder::write_flight() {
     flight_->states.for_each(put);
     flight_->changes.for_each(put);
     flight_->liquid.for_each([&](const auto& entry) {
-      if (status) status = file->write(entry.first, entry.second);
+      if (status) status = file->write(entry.at, entry.liquid, entry.tool);
     });
     return status ? file->close() : status;
   };

@@ -137,24 +137,26 @@ class SessionRecorder {
     Time begin{0}, last{0}, engaged{0};
     std::uint64_t missed_before = 0;
     std::map<std::string, double> led_by;  ///< s, by name of the profile
-    SpillLog liquid;                       ///< since the file began
+    PerTool<SpillLog> liquids;             ///< since the file began
   };
   Tally tally_;
-  std::optional<Time> engaged_since_;  ///< absent: not engaged
+  PerTool<bool> engaged_{};
+  std::optional<Time> engaged_since_;  ///< any of them, or the last change; absent: none is
 
   struct Flight {
-    explicit Flight(double seconds);
+    Flight(double seconds, int tools);
     History<OperatorSample> samples;
     History<Target> targets;
     History<PlanStep> steps;
     History<JointCommand> commands;
     History<JointState> states;
     History<SupervisionChange> changes;
-    History<std::pair<Time, LiquidState>> liquid;
+    History<LiquidMessage> liquid;
     std::deque<CellChange> cells;  ///< those of its time, and the one before
   };
   std::optional<Flight> flight_;
   std::optional<SupervisionChange> fault_;  ///< to be written
+  std::optional<Time> failed_;              ///< time of the last failure
   int flights_ = 0;
 
   std::atomic<bool> wanted_, recording_{false};

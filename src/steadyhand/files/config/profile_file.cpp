@@ -39,6 +39,22 @@ void read_weight(YamlMap& weights, const std::string& term, const Objectives& ob
   settings.weights[term] = values;
 }
 
+/// Gives each tool its share of the weights of terms that move it to a place.
+void share_out(const std::vector<double>& priority, const Objectives& objectives, Weights& weights) {
+  for (const auto& objective : objectives) {
+    const WeightCount& count = objective->info().weights;
+    const auto found = weights.find(objective->name());
+    if (found == weights.end() || count.of != WeightCount::Of::kTool || objective->info().at_rest_max > 0.0) continue;
+    const std::vector<double> given = found->second;
+    if (given.empty()) continue;  // refused already
+    found->second.clear();
+    for (std::size_t t = 0; t < priority.size(); ++t) {
+      for (int i = 0; i < count.each; ++i)
+        found->second.push_back(priority[t] * given[(t * count.each + i) % given.size()]);
+    }
+  }
+}
+
 }  // namespace
 
 Result<Profile> load_profile(const std::string& name, const Places& places, const Objectives& objectives) {
@@ -97,6 +113,15 @@ Result<Profile> load_profile(const std::string& name, const Places& places, cons
   Objectives known = objectives;
   for (const auto& optional : optional_objectives()) known.push_back(optional);
   for (const std::string& term : weights.keys()) read_weight(weights, term, known, profile.ocp);
+  if (file.has("priority")) {
+    profile.priority = file.number_or_numbers("priority", {0.0, 1.0, true});
+    if (profile.priority.size() == kMaxTools) {
+      share_out(profile.priority, known, profile.ocp.weights);
+    } else {
+      file.fail("priority",
+                fmt::format("has {} numbers; {} are expected, one for each tool", profile.priority.size(), kMaxTools));
+    }
+  }
   add_optional_objectives(profile.ocp);
   if (Status status = file.finish(); !status) return status.error();
   return profile;

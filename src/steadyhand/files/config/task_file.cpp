@@ -100,6 +100,7 @@ class TaskReader {
 
   Move move(YamlMap& map) {
     Move move;
+    if (map.has("tool")) move.tool_name = map.text("tool");
     if (map.has("gripper")) {
       move.gripper = map.number("gripper", {0.0, 1.0});
       return move;

@@ -1,11 +1,9 @@
 #include "steadyhand/files/input/aframe.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <utility>
+#include <set>
 #include <vector>
 
 namespace steadyhand {
@@ -13,7 +11,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::string_view kDefaultTrack = "rhand";
 constexpr double kDegree = M_PI / 180.0;
 
 /// WebXR axes (x right, y up, z backward) to robot axes (x forward, y left, z up): x' = -z, y' = -x, z' = y.
@@ -79,24 +76,20 @@ std::vector<std::string> track_keys(const Json& file) {
   return keys;
 }
 
-Result<std::string> choose_track(const Json& file, const std::string& name, const std::string& wanted) {
-  const std::vector<std::string> keys = track_keys(file);
-  if (keys.empty()) {
-    return Error{fmt::format("{}: holds no track; an A-Frame recording is {{\"rhand\": {{\"poses\": [...]}}}}", name)};
-  }
-  const std::string key = wanted.empty() ? std::string(kDefaultTrack) : wanted;
-  if (std::find(keys.begin(), keys.end(), key) != keys.end()) return key;
-  if (wanted.empty() && keys.size() == 1) return keys.front();
-  return Error{fmt::format("{}: has no track \"{}\"; its tracks are: {}", name, key, fmt::join(keys, ", "))};
-}
-
 }  // namespace
 
-Result<std::string> read_aframe(std::string_view text, const std::string& name, const std::string& track,
-                                SampleList& samples) {
+Status read_aframe(std::string_view text, const std::string& name, const ChooseHands& choose, SampleList& samples) {
   Json file;
+  std::set<std::string> keys;
+  std::string twice;  // the parser would keep the last
+  const auto see = [&](int depth, Json::parse_event_t event, const Json& parsed) {
+    if (depth == 1 && event == Json::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second) {
+      twice = parsed.get<std::string>();
+    }
+    return true;
+  };
   try {
-    file = Json::parse(text);
+    file = Json::parse(text, see);
   } catch (const Json::exception& error) {
     // The parser quotes what it read last, which may be the whole file.
     return Error{fmt::format("{}: is no complete JSON: {}", name, std::string_view(error.what()).substr(0, 200))};
@@ -105,20 +98,26 @@ Result<std::string> read_aframe(std::string_view text, const std::string& name, 
     return Error{
         fmt::format("{}: is {}; an A-Frame recording is an object with one member per track", name, excerpt(file))};
   }
-  Result<std::string> key = choose_track(file, name, track);
-  if (!key) return key;
-  const Json& poses = file[*key]["poses"];
-  if (!poses.is_array()) {
-    return Error{fmt::format("{}: {}.poses is {}; it must be an array", name, *key, excerpt(poses))};
+  if (!twice.empty()) return Error{fmt::format("{}: has two tracks \"{}\"; each needs its own name", name, twice)};
+  const std::vector<std::string> tracks = track_keys(file);
+  if (tracks.empty()) {
+    return Error{fmt::format("{}: holds no track; an A-Frame recording is {{\"rhand\": {{\"poses\": [...]}}}}", name)};
   }
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const std::string where = fmt::format("{}: {}.poses[{}]", name, *key, i);
-    const Result<SampleList::Row> row = read_pose(poses[i], where);
-    if (!row) return row.error();
-    const Status added = samples.add(*row, where);
-    if (!added) return added.error();
+  const Result<std::vector<ChosenHand>> hands = choose(tracks);
+  if (!hands) return hands.error();
+  for (const auto& [key, tool] : *hands) {
+    const Json& poses = file[key]["poses"];
+    if (!poses.is_array()) {
+      return Error{fmt::format("{}: {}.poses is {}; it must be an array", name, key, excerpt(poses))};
+    }
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const std::string where = fmt::format("{}: {}.poses[{}]", name, key, i);
+      const Result<SampleList::Row> row = read_pose(poses[i], where);
+      if (!row) return row.error();
+      if (const Status added = samples.add(*row, where, tool); !added) return added;
+    }
   }
-  return key;
+  return Done{};
 }
 
 }  // namespace steadyhand

@@ -4,13 +4,13 @@
 #include <string_view>
 
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/files/input/hand_choice.hpp"
 #include "steadyhand/files/input/sample_list.hpp"
 
 namespace steadyhand {
 
-/// Reads one track of an A-Frame motion capture into `samples`, turned to robot axes; see load_recording. `track` may
-/// be empty. Returns the key of the track that was read. `name` is the file's, for messages.
-Result<std::string> read_aframe(std::string_view text, const std::string& name, const std::string& track,
-                                SampleList& samples);
+/// Reads tracks of an A-Frame motion capture into `samples`, turned to robot axes; see load_recording. `name` is the
+/// file's, for messages.
+Status read_aframe(std::string_view text, const std::string& name, const ChooseHands& choose, SampleList& samples);
 
 }  // namespace steadyhand

@@ -62,15 +62,29 @@ Result<Recording> load_recording(const std::filesystem::path& path, const Record
   Recording recording;
   recording.name = path.stem().string();
   SampleList samples;
-  if (is_json(path, *text, first)) {
-    Result<std::string> track = read_aframe(*text, name, options.track, samples);
-    if (!track) return track.error();
-    recording.track = *std::move(track);
-  } else {
-    if (!options.track.empty()) {
+  std::vector<ChosenHand> hands;
+  const ChooseHands choose = [&](const std::vector<std::string>& keys) -> Result<std::vector<ChosenHand>> {
+    const bool is_unnamed = keys == std::vector<std::string>{""};
+    if (is_unnamed && !options.track.empty()) {
       return Error{fmt::format("{}: is a CSV file and has no track \"{}\"; leave the track out", name, options.track)};
     }
-    if (const Status read = read_csv(*text, name, samples); !read) return read.error();
+    Result<std::vector<ChosenHand>> chosen = choose_hands(keys, options, name);
+    if (!chosen) return chosen;
+    hands = *chosen;
+    for (const ChosenHand& hand : hands) recording.track += (recording.track.empty() ? "" : ",") + hand.key;
+    recording.note = note_on_hands(keys, hands, name);
+    return chosen;
+  };
+  if (is_json(path, *text, first)) {
+    if (const Status read = read_aframe(*text, name, choose, samples); !read) return read.error();
+  } else {
+    if (const Status read = read_csv(*text, name, choose, samples); !read) return read.error();
+  }
+  for (const auto& [key, tool] : hands) {
+    const std::size_t count = samples.count(tool);
+    if (hands.size() < 2 || count >= 2) continue;
+    return Error{fmt::format("{}: the hand \"{}\" has {} sample{}; it needs at least 2", name, key, count,
+                             count == 1 ? "" : "s")};
   }
   Result<std::vector<OperatorSample>> taken = std::move(samples).take(options.from, options.until, name);
   if (!taken) return taken.error();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace steadyhand {
 namespace {
@@ -13,11 +14,13 @@ constexpr double kMaxDuration = 86400.0;  // s
 constexpr double kNormTolerance = 1e-3;
 constexpr double kSlowest = 2.0;  // s between samples, in the middle of all: no device is so slow
 
-/// s, of the samples' distances in time.
+/// s, of the distances in time of the samples of each hand.
 double median_period(const std::vector<OperatorSample>& samples) {
   std::vector<Time> periods;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    periods.push_back(samples[i].stamp.hand - samples[i - 1].stamp.hand);
+  PerTool<const OperatorSample*> before{};
+  for (const OperatorSample& sample : samples) {
+    const OperatorSample* last = std::exchange(before[sample.tool], &sample);
+    if (last) periods.push_back(sample.stamp.hand - last->stamp.hand);
   }
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
   std::nth_element(periods.begin(), middle, periods.end());
@@ -26,21 +29,23 @@ double median_period(const std::vector<OperatorSample>& samples) {
 
 }  // namespace
 
-Status SampleList::add(const Row& row, const std::string& where) {
+Status SampleList::add(const Row& row, const std::string& where, int tool) {
+  Hand& hand = hands_[tool];
   if (!std::isfinite(row.t) || !row.p.allFinite() || !row.q.coeffs().allFinite()) {
     return Error{fmt::format("{}: time, position and orientation must be finite numbers", where)};
   }
-  if (samples_.empty()) {
-    start_ = row.t;
-  } else if (row.t < previous_) {
-    return Error{fmt::format("{}: time goes backwards, from {} s to {} s; it must increase", where, previous_, row.t)};
-  } else if (row.t - start_ > kMaxDuration) {
+  if (samples_.empty()) start_ = row.t;
+  if (hand.count > 0 && row.t < hand.previous) {
+    return Error{
+        fmt::format("{}: time goes backwards, from {} s to {} s; it must increase", where, hand.previous, row.t)};
+  }
+  if (std::abs(row.t - start_) > kMaxDuration) {
     return Error{fmt::format(
         "{}: time {} s is {} s after the first sample; at most {} s (a day) can be replayed. Is it in other units?",
         where, row.t, row.t - start_, kMaxDuration)};
   }
   const Time time = from_seconds(row.t - start_);
-  if (!samples_.empty() && time == samples_.back().stamp.hand) {
+  if (hand.count > 0 && time == hand.newest) {
     return Error{fmt::format("{}: time {} s repeats that of the sample before; it must increase", where, row.t)};
   }
   const double distance = row.p.norm();
@@ -59,8 +64,9 @@ Status SampleList::add(const Row& row, const std::string& where) {
   sample.stamp = {time, time};
   sample.X_operator_hand = {row.p, row.q.normalized()};
   sample.clutch = row.clutch;
+  sample.tool = tool;
   samples_.push_back(sample);
-  previous_ = row.t;
+  hand = {hand.count + 1, row.t, time};
   return Done{};
 }
 
@@ -69,12 +75,20 @@ Result<std::vector<OperatorSample>> SampleList::take(double from, double until, 
   if (read < 2) {
     return Error{fmt::format("{}: holds {} sample{}; a recording needs at least 2", where, read, read == 1 ? "" : "s")};
   }
+  for (int t = 0; t < kMaxTools; ++t) {
+    if (hands_[t].count != 1) continue;
+    return Error{fmt::format("{}: the hand that moves tool {} has 1 sample; it needs at least 2", where, t)};
+  }
   if (const double period = median_period(samples_); period > kSlowest) {
     return Error{fmt::format(
         "{}: its samples are {:g} s apart; a hand is recorded many times a second. Are its times in ms? They "
         "must be in s",
         where, period)};
   }
+  std::ranges::stable_sort(samples_, {},
+                           [](const OperatorSample& sample) { return std::pair(sample.stamp.hand, sample.tool); });
+  const Time earliest = samples_.front().stamp.hand;
+  for (OperatorSample& sample : samples_) sample.stamp.hand = sample.stamp.made = sample.stamp.hand - earliest;
   const double end = to_seconds(samples_.back().stamp.hand);
   std::erase_if(samples_, [&](const OperatorSample& sample) {
     const double t = to_seconds(sample.stamp.hand);

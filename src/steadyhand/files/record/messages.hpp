@@ -49,6 +49,15 @@ Message<T> message_of(const T& value) {
   return {const_cast<T*>(&value)};
 }
 
+/// Robots with one tool, and older recordings, do not have this member.
+template <typename V>
+void add_tool(V& v, int& tool, std::string_view what) {
+  std::optional<int> second;
+  if (tool != 0) second = tool;
+  v.add("tool", "", what, second, within(0, kMaxTools - 1));
+  if constexpr (kReads<V>) tool = second.value_or(0);
+}
+
 // ---- /operator_sample and /target
 
 template <typename V>
@@ -71,6 +80,7 @@ void describe(V& v, Message<OperatorSample>& m) {
         kOrAbsent);
   v.add("intervention", "", "/operator_sample: a person controls the arm during a policy's turn", s.intervention,
         kOrAbsent);
+  add_tool(v, s.tool, "index of the tool that the hand moves; absent: 0");
   if constexpr (kReads<V>) s.look_ahead = from_seconds(lead);
 }
 
@@ -83,14 +93,32 @@ void describe(V& v, Message<Target>& m) {
   v.add("pose", "", "Pose in 3D space", t.X_base_tool);
   v.add("engaged", "", "/target: the arm is to follow", t.engaged);
   v.add("leader", "", "source of the hand: person, recording (playback) or policy (poses in the base)", t.leader);
+  add_tool(v, t.tool, "index of the tool that the hand moves; absent: 0");
 }
 
 // ---- /reference and /plan
 
+/// The second tool of /reference or /plan.
+struct SecondPoses {
+  std::vector<Pose> poses;
+  std::optional<std::vector<double>> along, across;
+};
 template <typename V>
-void describe(V& v, Message<Reference>& m) {
+void describe(V& v, SecondPoses& second) {
+  v.add("poses", "", "", second.poses);
+  v.add("along_m", "m", "", second.along);
+  v.add("across_m", "m", "", second.across);
+}
+inline constexpr std::string_view kSecondTool = "the same of the second tool; absent: the robot has one";
+
+struct ReferenceMessage {
+  Message<const Reference> reference;
+  int tool_count = 1;  ///< of the robot
+};
+template <typename V>
+void describe(V& v, ReferenceMessage& m) {
   v.type("foxglove.PosesInFrame", "An array of timestamped poses for an object or reference frame in 3D space");
-  const Reference& r = *m.value;
+  const Reference& r = *m.reference.value;
   const auto nodes = [&r](auto value) { return std::views::iota(0, r.nodes) | std::views::transform(value); };
   v.add("timestamp", "", "Timestamp of pose", r.start);
   v.add("frame_id", "", "Frame of reference for pose position and orientation", std::string_view("base"));
@@ -102,6 +130,16 @@ void describe(V& v, Message<Reference>& m) {
         nodes([&r](int k) { return r.tools[0].spread[k].along; }));
   v.add("across_m", "m", "/reference: likewise, in each direction across it",
         nodes([&r](int k) { return r.tools[0].spread[k].across; }));
+  std::optional<SecondPoses> second;
+  if (m.tool_count > 1) {
+    SecondPoses& poses = second.emplace(SecondPoses{{}, {{}}, {{}}});
+    for (int k = 0; k < r.nodes; ++k) {
+      poses.poses.push_back({r.tools[1].p[k], Quaternion(r.tools[1].R[k])});
+      poses.along->push_back(r.tools[1].spread[k].along);
+      poses.across->push_back(r.tools[1].spread[k].across);
+    }
+  }
+  v.add("second_tool", "", kSecondTool, second);
 }
 
 /// The joints at a node.
@@ -118,7 +156,7 @@ void describe(V& v, PlanNode& node) {
 
 struct PlanMessage {
   Message<const Plan> plan;
-  std::span<const Pose> path;  ///< X_base_tool at its nodes, so that a viewer can draw it; may be empty
+  ToolPaths paths;  ///< X_base_tool at its nodes, so that a viewer can draw it; may be empty
 };
 template <typename V>
 void describe(V& v, PlanMessage& m) {
@@ -130,13 +168,16 @@ void describe(V& v, PlanMessage& m) {
   };
   v.add("timestamp", "", "Timestamp of pose", plan.start);
   v.add("frame_id", "", "Frame of reference for pose position and orientation", std::string_view("base"));
-  v.add("poses", "", "Poses in 3D space", m.path);
+  v.add("poses", "", "Poses in 3D space", m.paths[0]);
   v.add("dt_s", "s",
         "time from one pose to the next; the first pose of /plan is at timestamp, that of /reference dt_s later",
         plan.dt);
   v.add("origin", "", "/plan: solved, feasible or previous", to_string(plan.origin));
   v.add("nodes", "", "/plan: the joints at the poses",
         std::views::iota(0, plan.intervals + 1) | std::views::transform(node));
+  std::optional<SecondPoses> second;
+  if (!m.paths[1].empty()) second = SecondPoses{m.paths[1], {}, {}};
+  v.add("second_tool", "", kSecondTool, second);
 }
 
 // ---- /joint_command, /joint_state
@@ -149,7 +190,8 @@ void describe(V& v, Message<JointCommand>& m) {
   v.add("q", "rad (m)", "", c.q);
   v.add("dq", "rad/s (m/s)", "", c.dq);
   v.add("ddq", "rad/s^2 (m/s^2)", "", c.ddq);
-  v.add("gripper", "", "0 open to 1 closed; absent for arms without a gripper", c.gripper);
+  v.add("gripper", "", "0 open to 1 closed; absent for arms without a gripper", c.gripper[0]);
+  v.add("second_gripper", "", "that of the second tool; absent: it is none", c.gripper[1]);
 }
 
 template <typename V>
@@ -159,10 +201,21 @@ void describe(V& v, Message<JointState>& m) {
   v.add("timestamp", "", "when it was measured", s.stamp.made);
   v.add("q", "rad (m)", "", s.q);
   v.add("dq", "rad/s (m/s)", "", s.dq);
-  v.add("gripper", "", "0 open to 1 closed; absent for arms without a gripper", s.gripper);
+  v.add("gripper", "", "0 open to 1 closed; absent for arms without a gripper", s.gripper[0]);
+  v.add("second_gripper", "", "that of the second tool; absent: it is none", s.gripper[1]);
 }
 
 // ---- /plan_step
+
+template <typename V>
+void describe(V& v, ToolStep& tool) {
+  Coordinates acceleration{tool.local_acceleration};
+  v.add("target", "", "", tool.X_base_target);
+  v.add("planned", "", "", tool.X_base_planned);
+  v.add("local_acceleration", "m/s^2", "", acceleration);
+  v.add("engaged", "", "", tool.engaged);
+  if constexpr (kReads<V>) tool.local_acceleration = acceleration.v;
+}
 
 struct StepMessage {
   PlanStep step;
@@ -173,10 +226,11 @@ void describe(V& v, StepMessage& m) {
   v.type("steadyhand.PlanStep", "Result of one planning step");
   PlanStep& s = m.step;
   Time at = from_seconds(s.t_s);
-  Coordinates acceleration{s.local_acceleration};
+  ToolStep& first = s.tools[0];
+  Coordinates acceleration{first.local_acceleration};
   v.add("timestamp", "", "start of the plan", at);
-  v.add("target", "", "newest target, controlled frame in base", s.X_base_target);
-  v.add("planned", "", "controlled frame in base at the start of the plan", s.X_base_planned);
+  v.add("target", "", "newest target, controlled frame in base", first.X_base_target);
+  v.add("planned", "", "controlled frame in base at the start of the plan", first.X_base_planned);
   v.add("q", "rad (m)", "", s.q);
   v.add("dq", "rad/s (m/s)", "", s.dq);
   v.add("ddq", "rad/s^2 (m/s^2)", "", s.ddq);
@@ -188,13 +242,23 @@ void describe(V& v, StepMessage& m) {
   v.add("solve_time_us", "us", "wall clock", s.solve_time_us);
   v.add("smallest_sphere_distance_m", "m", "surface to surface, over all pairs and nodes",
         s.smallest_sphere_distance_m);
-  v.add("engaged", "", "the arm followed the hand", s.engaged);
+  v.add("engaged", "", "the arm followed the hand", first.engaged);
   v.add("object_distances_m", "m",
         "distance of each obstacle, without its margin, to the bodies that must not touch it; null: all may",
         s.object_distances, kOrAbsent);
+  std::optional<ToolStep> second;
+  if (s.tool_count > 1) second = s.tools[1];
+  v.add("second_tool", "", kSecondTool, second);
+  std::optional<double> between;
+  if (std::isfinite(s.distance_between_arms_m)) between = s.distance_between_arms_m;
+  v.add("distance_between_arms_m", "m", "surface to surface, over all pairs of bodies on different arms and all nodes",
+        between);
   if constexpr (kReads<V>) {
+    if (between) s.distance_between_arms_m = *between;
     s.t_s = to_seconds(at);
-    s.local_acceleration = acceleration.v;
+    first.local_acceleration = acceleration.v;
+    s.tool_count = second ? 2 : 1;
+    if (second) s.tools[1] = *second;
   }
 }
 
@@ -206,6 +270,7 @@ struct StateChange {
   std::string from, to, reason;
   bool is_failure = false;
   std::optional<ReasonCode> code = std::nullopt;  ///< none: of a recording from before there was one
+  int tool = 0;                                   ///< that follows the hand
 };
 template <typename V>
 void describe(V& v, StateChange& c) {
@@ -216,6 +281,7 @@ void describe(V& v, StateChange& c) {
   v.add("reason", "", "why, for people", c.reason);
   v.add("is_failure", "", "the arm stops without a request", c.is_failure, kOrAbsent);
   v.add("code", "", "the event that `reason` puts in words", c.code);
+  add_tool(v, c.tool, "index of the tool; changes of the whole robot come for each; absent: 0");
 }
 
 /// /operator_settings
@@ -243,6 +309,7 @@ void describe(V& v, Message<SettingsChange>& m) {
 struct LiquidMessage {
   Time at{0};
   LiquidState liquid;
+  int tool = 0;  ///< that holds the glass
 };
 template <typename V>
 void describe(V& v, LiquidMessage& m) {
@@ -255,6 +322,7 @@ void describe(V& v, LiquidMessage& m) {
   v.add("spilled", "", "liquid has gone over the rim", l.spilled);
   v.add("spilled_share", "", "share of the liquid that was spilled", l.spilled_share, kOrAbsent);
   v.add("lateral", "m/s^2", "lateral specific force, the largest of the last 20 ms", l.lateral, kOrAbsent);
+  add_tool(v, m.tool, "index of the tool that holds the glass; absent: 0");
 }
 
 /// /active_constraint. `kind` by its name, "none" where nothing holds the arm back.

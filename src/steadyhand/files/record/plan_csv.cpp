@@ -32,26 +32,40 @@ class Row {
   fmt::memory_buffer line_;
 };
 
+/// `of`: goes before names.
+void add_pose_names(Row& row, const std::string& of) {
+  for (const std::string pose : {"target", "planned"}) {
+    for (const char axis : {'x', 'y', 'z'}) row.add(fmt::format("{}{}_{}_m", of, pose, axis));
+    for (const char axis : {'x', 'y', 'z', 'w'}) row.add(fmt::format("{}{}_q{}", of, pose, axis));
+  }
+}
+void add_acceleration_names(Row& row, const std::string& of) {
+  for (const char axis : {'x', 'y', 'z'}) row.add(fmt::format("{}local_acceleration_{}_m_s2", of, axis));
+}
+
 }  // namespace
 
 std::string plan_csv_header(const RunNames& names) {
+  const auto of = [&](int tool) { return names.tool_count() > 1 ? names.tools[tool] + "_" : std::string(); };
   Row row;
   row.add("t_s");
-  for (const std::string pose : {"target", "planned"}) {
-    for (const char axis : {'x', 'y', 'z'}) row.add(fmt::format("{}_{}_m", pose, axis));
-    for (const char axis : {'x', 'y', 'z', 'w'}) row.add(fmt::format("{}_q{}", pose, axis));
-  }
+  add_pose_names(row, of(0));
   for (const auto& [symbol, per] : {std::pair{"q", ""}, {"dq", "_s"}, {"ddq", "_s2"}}) {
     for (std::size_t i = 0; i < names.joint_units.size(); ++i) {
       row.add(fmt::format("{}{}_{}{}", symbol, i, names.joint_units[i], per));
     }
   }
-  for (const char axis : {'x', 'y', 'z'}) row.add(fmt::format("local_acceleration_{}_m_s2", axis));
+  add_acceleration_names(row, of(0));
   row.add("objective");
   for (const std::string& term : names.terms) row.add("objective_" + term);
-  for (const char* name : {"iterations", "solve_time_us", "status", "smallest_sphere_distance_m", "engaged"}) {
-    row.add(name);
+  for (const char* name : {"iterations", "solve_time_us", "status", "smallest_sphere_distance_m"}) row.add(name);
+  row.add(of(0) + "engaged");
+  for (int tool = 1; tool < names.tool_count(); ++tool) {
+    add_pose_names(row, of(tool));
+    add_acceleration_names(row, of(tool));
+    row.add(of(tool) + "engaged");
   }
+  if (names.tool_count() > 1) row.add("distance_between_arms_m");
   return fmt::to_string(row.line());
 }
 
@@ -84,19 +98,26 @@ Status PlanCsvWriter::write(const PlanStep& step) {
   }
   Row row;
   row.add(step.t_s);
-  row.add_pose(step.X_base_target);
-  row.add_pose(step.X_base_planned);
+  row.add_pose(step.tools[0].X_base_target);
+  row.add_pose(step.tools[0].X_base_planned);
   row.add_all(step.q);
   row.add_all(step.dq);
   row.add_all(step.ddq);
-  row.add_all(step.local_acceleration);
+  row.add_all(step.tools[0].local_acceleration);
   row.add(step.objective);
   for (std::size_t i = 0; i < names_.terms.size(); ++i) row.add(step.shares[i]);
   row.add(step.iterations);
   row.add(step.solve_time_us);
   row.add(to_string(step.status));
   row.add(step.smallest_sphere_distance_m);
-  row.add(step.engaged ? 1 : 0);
+  row.add(step.tools[0].engaged ? 1 : 0);
+  for (int t = 1; t < names_.tool_count(); ++t) {
+    row.add_pose(step.tools[t].X_base_target);
+    row.add_pose(step.tools[t].X_base_planned);
+    row.add_all(step.tools[t].local_acceleration);
+    row.add(step.tools[t].engaged ? 1 : 0);
+  }
+  if (names_.tool_count() > 1) row.add(step.distance_between_arms_m);
   row.end();
   return put(row.line().data(), row.line().size());
 }

@@ -25,7 +25,7 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
     return writer_.add_channel({topic, std::move(schema.name), std::move(schema.text), metadata});
   };
   const Schema pose = schema_of<Message<OperatorSample>, Message<Target>>(),
-               poses = schema_of<Message<Reference>, PlanMessage>();
+               poses = schema_of<ReferenceMessage, PlanMessage>();
   operator_sample_ = add("/operator_sample", pose);
   target_ = add("/target", pose);
   reference_ = add("/reference", poses);
@@ -65,9 +65,11 @@ Status Recorder::send(std::uint16_t channel, Time at, const M& message) {
 
 Status Recorder::write(const OperatorSample& s) { return send(operator_sample_, s.stamp, message_of(s)); }
 Status Recorder::write(const Target& t) { return send(target_, t.stamp, message_of(t)); }
-Status Recorder::write(const Reference& r) { return send(reference_, r.stamp, message_of(r)); }
-Status Recorder::write(const Plan& plan, std::span<const Pose> path) {
-  return send(plan_, plan.stamp, PlanMessage{{&plan}, path});
+Status Recorder::write(const Reference& r) {
+  return send(reference_, r.stamp, ReferenceMessage{{&r}, names_.tool_count()});
+}
+Status Recorder::write(const Plan& plan, const ToolPaths& paths) {
+  return send(plan_, plan.stamp, PlanMessage{{&plan}, paths});
 }
 Status Recorder::write(const JointCommand& c) { return send(joint_command_, c.stamp, message_of(c)); }
 Status Recorder::write(const JointState& s) { return send(joint_state_, s.stamp, message_of(s)); }
@@ -78,11 +80,14 @@ Status Recorder::write(const PlanStep& step) {
 }
 Status Recorder::write(const SupervisionChange& c) {
   const auto text = [](std::string_view view) { return std::string(view); };
-  return send(supervision_, c.at,
-              StateChange{c.at, text(to_string(c.from)), text(to_string(c.to)), text(c.reason), c.is_failure, c.code});
+  return send(
+      supervision_, c.at,
+      StateChange{c.at, text(to_string(c.from)), text(to_string(c.to)), text(c.reason), c.is_failure, c.code, c.tool});
 }
 Status Recorder::write(const SettingsChange& c) { return send(operator_settings_, c.at, message_of(c)); }
-Status Recorder::write(Time at, const LiquidState& liquid) { return send(liquid_, at, LiquidMessage{at, liquid}); }
+Status Recorder::write(Time at, const LiquidState& liquid, int tool) {
+  return send(liquid_, at, LiquidMessage{at, liquid, tool});
+}
 Status Recorder::write(Time at, const ActiveConstraint& c) {
   return send(active_constraint_, at, LimitChange{at, std::string(to_string(c.kind)), c.first, c.second});
 }

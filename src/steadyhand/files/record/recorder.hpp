@@ -35,23 +35,23 @@ class Recorder {
   /// Creates a file, as open_mcap_file().
   static Result<Recorder> create(const std::string& path, const RecorderSettings& settings);
 
-  Status write(const OperatorSample& sample);                       ///< /operator_sample
-  Status write(const Target& target);                               ///< /target
-  Status write(const Reference& reference);                         ///< /reference
-  Status write(const Plan& plan, std::span<const Pose> path = {});  ///< /plan; path: X_base_tool at its nodes
-  Status write(const JointCommand& command);                        ///< /joint_command
-  Status write(const JointState& state);                            ///< /joint_state
-  Status write(const PlanStep& step);                               ///< /plan_step
+  Status write(const OperatorSample& sample);                   ///< /operator_sample
+  Status write(const Target& target);                           ///< /target
+  Status write(const Reference& reference);                     ///< /reference
+  Status write(const Plan& plan, const ToolPaths& paths = {});  ///< /plan; paths: X_base_tool at its nodes
+  Status write(const JointCommand& command);                    ///< /joint_command
+  Status write(const JointState& state);                        ///< /joint_state
+  Status write(const PlanStep& step);                           ///< /plan_step
   // for live sessions
-  Status write(const SupervisionChange& change);              ///< /supervision
-  Status write(const SettingsChange& change);                 ///< /operator_settings
-  Status write(Time at, const LiquidState& liquid);           ///< /liquid
-  Status write(Time at, const ActiveConstraint& constraint);  ///< /active_constraint
-  Status write(Time at, const Cell& cell);                    ///< /cell
-  Status write(const SessionStatistics& statistics);          ///< /statistics
-  Status write(const EpisodeMark& mark);                      ///< /episode
-  Status write(const SceneLook& look);                        ///< /scene
-  Status write(const VideoPacket& picture);                   ///< /camera/NAME
+  Status write(const SupervisionChange& change);                   ///< /supervision
+  Status write(const SettingsChange& change);                      ///< /operator_settings
+  Status write(Time at, const LiquidState& liquid, int tool = 0);  ///< /liquid
+  Status write(Time at, const ActiveConstraint& constraint);       ///< /active_constraint
+  Status write(Time at, const Cell& cell);                         ///< /cell
+  Status write(const SessionStatistics& statistics);               ///< /statistics
+  Status write(const EpisodeMark& mark);                           ///< /episode
+  Status write(const SceneLook& look);                             ///< /scene
+  Status write(const VideoPacket& picture);                        ///< /camera/NAME
   /// A named table of text.
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
     return writer_.add_metadata(name, entries);

@@ -153,12 +153,13 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     LiquidState& liquid = told.liquid;
     liquid.lateral = std::numeric_limits<double>::quiet_NaN();  // not recorded by old versions
     read(message.data, told);
-    add_felt(message.log, liquid.lateral, parts.felt_period, session.felt);
-    add_wave(message.log, liquid, parts.felt_period, session.waves);
-    session.spills.see(message.log, liquid, session.settings.empty() ? "" : session.settings.back().profile);
-    const bool is_seen = !session.liquid.empty() && soon(session.liquid.back().first);
-    if (!is_seen || liquid.spilled != session.liquid.back().second.spilled)
-      session.liquid.emplace_back(message.log, liquid);
+    SessionFile::Liquid& known = session.liquids[told.tool];
+    add_felt(message.log, liquid.lateral, parts.felt_period, known.felt);
+    add_wave(message.log, liquid, parts.felt_period, known.waves);
+    known.spills.see(message.log, liquid, session.settings.empty() ? "" : session.settings.back().profile);
+    const bool is_seen = !known.states.empty() && soon(known.states.back().first);
+    if (!is_seen || liquid.spilled != known.states.back().second.spilled)
+      known.states.emplace_back(message.log, liquid);
   } else if (is(parts.limits, "/active_constraint")) {
     LimitChange& change = session.limits.emplace_back();
     read(message.data, change);
@@ -185,7 +186,11 @@ struct RobotNote {
   struct Joint {
     std::string name, type;
   };
+  struct Tool {
+    std::string name;
+  };
   std::vector<Joint> joints;
+  std::vector<Tool> tools;  ///< none of older files, which have one
   JointVector velocity_max, acceleration_max;
 };
 template <typename V>
@@ -194,8 +199,13 @@ void describe(V& v, RobotNote::Joint& joint) {
   v.add("type", "", "", joint.type);
 }
 template <typename V>
+void describe(V& v, RobotNote::Tool& tool) {
+  v.add("name", "", "", tool.name);
+}
+template <typename V>
 void describe(V& v, RobotNote& robot) {
   v.add("joints", "", "", robot.joints);
+  v.add("tools", "", "", robot.tools, sized(1, kMaxTools).or_absent());
   v.add("velocity_max", "", "", robot.velocity_max);
   v.add("acceleration_max", "", "", robot.acceleration_max);
 }
@@ -207,6 +217,7 @@ void read_robot(const std::string& json, SessionFile& session) {
     session.names.joints.push_back(joint.name);
     session.names.joint_units.push_back(joint.type == "prismatic" ? "m" : "rad");
   }
+  for (const RobotNote::Tool& tool : robot.tools) session.names.tools.push_back(tool.name);
   session.velocity_max = robot.velocity_max;
   session.acceleration_max = robot.acceleration_max;
 }
@@ -253,6 +264,15 @@ Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts
                    [n](const auto& c) { return c.ddq.size() == n; }) ||
       !std::all_of(session.states.begin(), session.states.end(), fits)) {
     return Error{fmt::format("{}: its robot has {} joints, and its messages others", path.string(), n)};
+  }
+  const int tools = session.names.tool_count();
+  const auto known = [tools](const auto& entry) { return entry.tool < tools; };
+  if (!std::all_of(session.steps.begin(), session.steps.end(),
+                   [tools](const PlanStep& step) { return step.tool_count == tools; }) ||
+      !std::all_of(session.samples.begin(), session.samples.end(), known) ||
+      !std::all_of(session.changes.begin(), session.changes.end(), known)) {
+    return Error{fmt::format("{}: its robot has {} tool{}, and its messages others", path.string(), tools,
+                             tools == 1 ? "" : "s")};
   }
   return session;
 }

@@ -45,11 +45,19 @@ struct SessionFile {
     double mean() const { return sum / count; }
   };
 
-  /// The liquid from `at` on until the next, as far apart as `felt`.
+  /// The surface from `at` on until the next, as far apart as `felt`.
   struct Wave {
     Time at{0};
     double freeboard = 0.0;      ///< m, the least: LiquidState
     double spilled_share = 0.0;  ///< the largest
+  };
+
+  /// The liquid in the glass of a tool; empty if the session does not know it.
+  struct Liquid {
+    std::vector<std::pair<Time, LiquidState>> states;
+    std::vector<Felt> felt;  ///< none in sessions of before it was recorded
+    std::vector<Wave> waves;
+    SpillLog spills;  ///< from all recorded states
   };
 
   std::string name;  ///< the file's, without its extension
@@ -63,10 +71,7 @@ struct SessionFile {
   std::vector<JointState> states;
   std::vector<Change> changes;
   std::vector<Limit> limits;
-  std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
-  std::vector<Felt> felt;                            ///< with the liquid; none in sessions of before it was recorded
-  std::vector<Wave> waves;                           ///< with the liquid
-  SpillLog spills;                                   ///< from all recorded states of the liquid
+  PerTool<Liquid> liquids;  ///< of each
   std::vector<SessionStatistics> statistics;
   std::vector<EpisodeMark> episodes;
   std::vector<SceneLook> scenes;

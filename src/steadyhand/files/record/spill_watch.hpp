@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "steadyhand/core/time.hpp"
+#include "steadyhand/core/arrows.hpp"
 #include "steadyhand/planning/liquid/liquid.hpp"
 
 namespace steadyhand {
@@ -69,12 +69,6 @@ class SpillLog {
     spilled_ = lost.has_value();
   }
   const std::vector<Spill>& spills() const { return spills_; }
-  /// That lost most; null: none.
-  const Spill* worst() const {
-    const auto most = std::max_element(spills_.begin(), spills_.end(),
-                                       [](const Spill& a, const Spill& b) { return a.share < b.share; });
-    return most == spills_.end() ? nullptr : &*most;
-  }
 
  private:
   static constexpr double kBefore = 0.5;  ///< s, in which the liquid was pushed over the rim
@@ -96,5 +90,18 @@ class SpillLog {
   double told_ = 0.0;    ///< `booked_` when `lost` was set
   bool spilled_ = false;
 };
+
+/// Of all tools, in the order of time.
+inline std::vector<SpillLog::Spill> spills_of(const PerTool<SpillLog>& liquids) {
+  std::vector<SpillLog::Spill> all;
+  for (const SpillLog& liquid : liquids) all.insert(all.end(), liquid.spills().begin(), liquid.spills().end());
+  std::ranges::stable_sort(all, {}, &SpillLog::Spill::at);
+  return all;
+}
+/// That lost most; null: none.
+inline const SpillLog::Spill* worst_of(const std::vector<SpillLog::Spill>& spills) {
+  const auto most = std::ranges::max_element(spills, {}, &SpillLog::Spill::share);
+  return most == spills.end() ? nullptr : &*most;
+}
 
 }  // namespace steadyhand

@@ -92,8 +92,10 @@ Status check_carried(const Cell& cell, const Kinematics& arm) {
     if (!obstacles->list[i].carried) continue;
     const auto [body, distance] = nearest_body(arm, *obstacles, i, 0.0);
     if (distance >= -kOverlap) continue;
+    const std::string other = body < kMaxBodies ? arm.model().bodies[body].name
+                                                : fmt::format("object '{}'", cell.objects[body - kMaxBodies].name);
     return Error{fmt::format("object '{}' overlaps {} by {:.1f} mm, which must not touch it", cell.objects[i].name,
-                             arm.model().bodies[body].name, -1e3 * distance)};
+                             other, -1e3 * distance)};
   }
   return Done{};
 }

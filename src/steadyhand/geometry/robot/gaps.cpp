@@ -20,9 +20,25 @@ double gap(const Kinematics& arm, int body, const Shape& other, const Placed& th
   return distance(other, there, arm.model().bodies[body].shape, arm.body(body));
 }
 
-double carried_gap(const Kinematics& arm, int body, const Obstacle& carried) {
-  return distance(arm.model().bodies[body].shape, arm.body(body), carried.shape, placed_on_tool(arm, carried));
+double solid_gap(const Kinematics& arm, const Obstacles& obstacles, int first, int second) {
+  const Solid a = solid(arm, obstacles, first), b = solid(arm, obstacles, second);
+  return distance(a.shape, a.at, b.shape, b.at);
 }
+
+namespace {
+
+/// m, that is included in a solid's shape.
+double margin_of(const Obstacles& obstacles, int index) {
+  return index < kMaxBodies ? 0.0 : obstacles.list[index - kMaxBodies].margin;
+}
+
+/// m, without margins.
+double carried_gap(const Kinematics& arm, const Obstacles& obstacles, int first, int obstacle) {
+  const int second = solid_of(obstacle);
+  return solid_gap(arm, obstacles, first, second) + margin_of(obstacles, first) + margin_of(obstacles, second);
+}
+
+}  // namespace
 
 NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int obstacle, double t) {
   const Obstacle& other = obstacles.list[obstacle];
@@ -31,8 +47,9 @@ NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int 
     if (distance < nearest.distance) nearest = {body, distance};
   };
   if (other.carried) {
-    for_each_carried_pair(arm.model(), obstacles, [&](int body, int carried) {
-      if (carried == obstacle) take(body, carried_gap(arm, body, other) + other.margin);
+    for_each_carried_pair(arm.model(), obstacles, [&](int first, int carried) {
+      if (carried != obstacle && first != solid_of(obstacle)) return;
+      take(carried == obstacle ? first : solid_of(carried), carried_gap(arm, obstacles, first, carried));
     });
     return nearest;
   }
@@ -40,8 +57,7 @@ NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int 
   for_each_solid(arm.model(), obstacles, [&](int index) {
     const Solid part = solid(arm, obstacles, index);
     if (part.link == 0 || other.ignores[index]) return;
-    const double margin = index < kMaxBodies ? 0.0 : obstacles.list[index - kMaxBodies].margin;
-    take(index, distance(other.shape, there, part.shape, part.at) + other.margin + margin);
+    take(index, distance(other.shape, there, part.shape, part.at) + other.margin + margin_of(obstacles, index));
   });
   return nearest;
 }
@@ -51,9 +67,9 @@ NearestPair nearest_pair(const Kinematics& arm, const Obstacles& obstacles) {
   for (const BodyPair& pair : arm.model().pairs) {
     if (const double here = gap(arm, pair); here < nearest.gap) nearest = {pair.first, pair.second, here};
   }
-  for_each_carried_pair(arm.model(), obstacles, [&](int body, int obstacle) {
-    const double here = carried_gap(arm, body, obstacles.list[obstacle]) + obstacles.list[obstacle].margin;
-    if (here < nearest.gap) nearest = {body, solid_of(obstacle), here};
+  for_each_carried_pair(arm.model(), obstacles, [&](int first, int obstacle) {
+    const double here = carried_gap(arm, obstacles, first, obstacle);
+    if (here < nearest.gap) nearest = {first, solid_of(obstacle), here};
   });
   return nearest;
 }

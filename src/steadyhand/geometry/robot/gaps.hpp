@@ -30,6 +30,10 @@ struct Solid {
 };
 /// @param index of a body, or solid_of an obstacle that is carried
 Solid solid(const Kinematics& arm, const Obstacles& obstacles, int index);
+/// Link of the arm that moves a solid.
+inline int link_of(const RobotModel& model, const Obstacles& obstacles, int index) {
+  return index < kMaxBodies ? model.bodies[index].link : model.tools[obstacles.list[index - kMaxBodies].tool].link;
+}
 
 /// Calls f(index) for each body of the arm and each obstacle that it carries.
 template <typename F>
@@ -40,15 +44,23 @@ void for_each_solid(const RobotModel& model, const Obstacles& obstacles, const F
   }
 }
 
-/// Calls f(body, obstacle) for each body of the arm and each obstacle that it carries and must keep apart from it:
-/// bodies on the tool's own link may touch what it carries.
+/// Calls f(solid, obstacle) for each body of the arm and each obstacle that it carries and must keep apart from it, and
+/// once for each two obstacles that different tools carry, of which the first is the solid. What is on one link may
+/// touch.
 template <typename F>
 void for_each_carried_pair(const RobotModel& model, const Obstacles& obstacles, const F& f) {
   for (int o = 0; o < obstacles.count; ++o) {
-    if (!obstacles.list[o].carried) continue;
-    const int link = model.tools[obstacles.list[o].tool].link;
+    const Obstacle& carried = obstacles.list[o];
+    if (!carried.carried) continue;
+    const int link = model.tools[carried.tool].link;
     for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
-      if (model.bodies[i].link != link && !obstacles.list[o].ignores[i]) f(i, o);
+      if (model.bodies[i].link != link && !carried.ignores[i]) f(i, o);
+    }
+    for (int other = 0; other < o; ++other) {
+      const Obstacle& first = obstacles.list[other];
+      if (first.carried && model.tools[first.tool].link != link && !carried.ignores[solid_of(other)] &&
+          !first.ignores[solid_of(o)])
+        f(solid_of(other), o);
     }
   }
 }
@@ -59,8 +71,8 @@ double gap(const Kinematics& arm, const BodyPair& pair);
 /// The same of a body of the arm and something else, whose shape is where `there` says, in the base.
 double gap(const Kinematics& arm, int body, const Shape& other, const Placed& there);
 
-/// The same of a body of the arm and an obstacle that the tool carries, with its margin.
-double carried_gap(const Kinematics& arm, int body, const Obstacle& carried);
+/// The same of two solids, with their margins.
+double solid_gap(const Kinematics& arm, const Obstacles& obstacles, int first, int second);
 
 /// What moves with the arm, as solid() takes it, and how far the solid of an obstacle is, both without their margins.
 struct NearestBody {
@@ -69,7 +81,7 @@ struct NearestBody {
 };
 
 /// The nearest of what moves with the arm and must not touch the obstacle, `t` s after Obstacles::time. If that is
-/// carried itself, the nearest of the bodies that must not touch it. Call set_position before.
+/// carried itself, the nearest of for_each_carried_pair. Call set_position before.
 NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int obstacle, double t);
 
 /// Two bodies of a pair, as solid() takes them, and their gap without margins.

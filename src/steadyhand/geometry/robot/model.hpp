@@ -103,6 +103,7 @@ struct Reach {
 /// puts it: found by seeded sampling of the joints inside their limits, then a local ascent of the distance from the
 /// samples farthest out, and 0.1 mm on top. Deterministic. Takes some 50 ms: for set-up, not for the loop.
 Reach compute_reach(const RobotModel& model, int tool = 0);
+std::vector<Reach> compute_reaches(const RobotModel& model);  ///< of each tool
 
 /// The point itself, or where the line from the centre to it leaves the ball. Allocates nothing.
 Vector3 clip(const Reach& reach, const Vector3& point);

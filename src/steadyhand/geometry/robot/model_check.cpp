@@ -127,12 +127,4 @@ Status check(const RobotModel& model) {
   return check_bodies(model);
 }
 
-Status check_one_tool(const RobotModel& model) {
-  if (model.tool_count() == 1) return Done{};
-  return Error{
-      fmt::format("robot '{}' has {} tools. A session follows one hand: take a robot with one arm. 'describe' "
-                  "and 'solve', and Planner in C++, take robots with several",
-                  model.name, model.tool_count())};
-}
-
 }  // namespace steadyhand

@@ -9,7 +9,4 @@ namespace steadyhand {
 /// and the links and bodies that bodies and pairs name. Does not check where home is.
 Status check(const RobotModel& model);
 
-/// Why a session or a pipeline, which follow one hand, cannot move the robot, or Done.
-Status check_one_tool(const RobotModel& model);
-
 }  // namespace steadyhand

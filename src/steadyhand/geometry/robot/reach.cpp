@@ -82,6 +82,12 @@ Reach compute_reach(const RobotModel& model, int index) {
   return reach;
 }
 
+std::vector<Reach> compute_reaches(const RobotModel& model) {
+  std::vector<Reach> reaches;
+  for (int t = 0; t < model.tool_count(); ++t) reaches.push_back(compute_reach(model, t));
+  return reaches;
+}
+
 Vector3 clip(const Reach& reach, const Vector3& point) {
   const Vector3 offset = point - reach.center;
   const double distance = offset.norm();

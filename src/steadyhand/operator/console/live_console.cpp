@@ -262,7 +262,7 @@ void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
   seen_ = scene;
   const bool leads = snapshot.state == SupervisionState::kEngaged;
   if (episode_begins_.exchange(false) || (leads && !judge_->has_begun())) judge_->begin();
-  const TaskProgress& progress = judge_->update(scene, snapshot.liquid.spilled_share);
+  const TaskProgress& progress = judge_->update(scene, spilled_share(snapshot));
   {
     const Lock lock(scene_);
     decided_ = progress.success;

@@ -56,6 +56,7 @@ void describe_planning(SessionSettings& s, SettingsTable& t) {
         live.planning.predictor.max_gap, up_to(5.0));
 
   SupervisorSettings& supervisor = live.control.supervisor;
+  t.add("supervision.together", "where a hand is lost, the tool of the other hand rests too", supervisor.together);
   t.add("supervision.hold_after", "s", "time without a good pose after which the arm holds", supervisor.hold_after,
         up_to(5.0));
   t.add("supervision.disengage_after", "s", "time without a message from the device after which the arm disengages",

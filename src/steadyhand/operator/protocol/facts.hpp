@@ -46,6 +46,7 @@ struct ServerFacts {
   std::string version;  ///< version of the program
   std::string cell;     ///< JSON as cell_json() makes it
   std::string robot;    ///< JSON as `steadyhand describe` prints it
+  int tools = 1;        ///< how many tools it has
   Glass glass;
   std::vector<Term> terms;
   std::vector<Profile> profiles;
@@ -127,7 +128,8 @@ struct ServerCallbacks {
   /// An unexpected exception on the server's thread; the thread continues. May be empty.
   std::function<void(const std::string& what)> on_failure;
   /// The hand of the client in control. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both
-  /// of the session's clock. Finite, in order, at most 250 ms old; an older one that releases counts from its arrival.
+  /// of the session's clock. Finite, at most 250 ms old, of a tool that the robot has, in order for each tool; an older
+  /// one that releases counts from its arrival.
   std::function<void(const OperatorSample&)> on_sample;
   /// A policy has connected, or (none) disconnected. If this or the next is empty, there are no policies here.
   std::function<Status(std::optional<PolicyInfo>)> on_policy;

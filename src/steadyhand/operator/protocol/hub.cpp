@@ -10,7 +10,7 @@ namespace steadyhand {
 Hub::Hub(const ServerFacts& facts, const ServerCallbacks& callbacks, double max_rate_hz, int max_clients)
     : facts_(facts),
       callbacks_(callbacks),
-      max_rate_hz_(max_rate_hz),
+      max_rate_hz_(max_rate_hz * facts.tools),
       max_clients_(static_cast<std::size_t>(std::max(max_clients, 1))) {}
 
 std::uint64_t Hub::join(Outbox& outbox, const Address& address, Time now) {
@@ -229,10 +229,15 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
     ++samples_dropped;
     return complain(client, Refusal::kNoLease, "only the client that has control may move the arm", now);
   }
+  if (!has_tool(client, message.sample.tool, now)) {
+    ++samples_dropped;
+    return;
+  }
   const Time t = from_seconds(message.t);
   client.clock.arrived(t, now);
   Time hand = client.clock.to_session(t, now);
-  const bool newer = !client.any_sample || (message.sequence > client.last_sequence && hand >= client.last_hand);
+  std::optional<Client::Newest>& newest = client.newest[message.sample.tool];
+  const bool newer = !newest || (message.sequence > newest->sequence && hand >= newest->hand);
   const bool lets_go = !message.sample.clutch;
   const bool late = now - hand > (lets_go ? kOldest / 2 : kOldest);  // later stages drop old ones, too
   if (late && !lets_go) {
@@ -250,13 +255,20 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
     hand = now;  // a late release counts from its arrival
   }
   if (!lets_go) last_grip_ = now;
-  client.any_sample = true;
-  client.last_sequence = std::max(client.last_sequence, message.sequence);
-  client.last_hand = std::max(client.last_hand, hand);
+  newest = newest.value_or(Client::Newest{});
+  newest->sequence = std::max(newest->sequence, message.sequence);
+  newest->hand = std::max(newest->hand, hand);
   OperatorSample sample = message.sample;
   sample.stamp = {hand, now};
   ++samples;
   callbacks_.on_sample(sample);
+}
+
+bool Hub::has_tool(Client& client, int tool, Time now) {
+  if (tool >= 0 && tool < facts_.tools) return true;
+  complain(client, Refusal::kUnknown,
+           fmt::format("'tool' is {}; the tools of this robot are 0 to {}", tool, facts_.tools - 1), now);
+  return false;
 }
 
 /// @param id a client, or one that was sent away and whose socket is not closed yet
@@ -273,7 +285,7 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
     return refuse(client, Refusal::kNoLease,
                   "only the client that has control may request this; every client may stop the arm");
   }
-  const auto& [kind, text, value, object, to, episode] = message.request;
+  const auto& [kind, text, value, object, to, episode, tool] = message.request;
   const auto named = [&text = text](const auto& entry) { return entry.name == text; };
   if (kind == OperatorRequest::Kind::kProfile && std::none_of(facts_.profiles.begin(), facts_.profiles.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no profile has this name");
@@ -285,6 +297,7 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   if (kind == OperatorRequest::Kind::kWeight && std::none_of(facts_.terms.begin(), facts_.terms.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no term of the objective has this name");
   }
+  if (!has_tool(client, tool, now)) return;
   if (const Status done = callbacks_.on_request(message.request); !done) {
     complain(client, Refusal::kUnknown, done.error().message, now);
   }
@@ -333,7 +346,7 @@ void Hub::handle(std::uint64_t id, Client& client, const TargetMessage& message,
                                 to_seconds(now) - message.of),
                     now);
   }
-  callbacks_.on_target(message.target());
+  if (has_tool(client, message.tool, now)) callbacks_.on_target(message.target());
 }
 
 /// Cameras show people, and cost more than states: only for paired clients.

@@ -51,7 +51,7 @@ class Hub {
   static constexpr int kFreeCodes = 10;   ///< wrong codes of a connection before each has to wait for kCodeDelay
   static constexpr Time kCodeDelay = std::chrono::seconds(1);
 
-  /// Both must outlive the hub.
+  /// Both must outlive the hub. @param max_rate_hz messages of a client, for each tool of the robot
   Hub(const ServerFacts& facts, const ServerCallbacks& callbacks, double max_rate_hz, int max_clients);
   /// Error: no random numbers to be had.
   Status prepare() { return pairing_.renew(); }
@@ -100,9 +100,12 @@ class Hub {
     Time useful{0};     ///< when it last greeted, paired or stopped
     Time last_message{0};
     ClientClock clock;
-    std::uint64_t last_sequence = 0;
-    Time last_hand{0};  ///< hand time of the newest forwarded sample
-    bool any_sample = false;
+    /// The newest forwarded sample of a hand.
+    struct Newest {
+      std::uint64_t sequence = 0;
+      Time hand{0};
+    };
+    PerTool<std::optional<Newest>> newest;  ///< none: since it has control it sent none
     int strikes = 0;
     double allowance = 0.0;  ///< messages that it may send at once
     Time allowance_at{0};
@@ -147,6 +150,8 @@ class Hub {
   bool led(Time now) const;
   LeaseMessage lease_of(std::uint64_t id, const Client& client, Time now) const;
   void tell_lease(Time now);
+  /// False: the robot has no such tool; the client gets an error.
+  bool has_tool(Client& client, int tool, Time now);
   void refuse(Client& client, Refusal refusal, std::string_view message);
   void complain(Client& client, Refusal refusal, std::string_view message, Time now);
   void close(Client& client);

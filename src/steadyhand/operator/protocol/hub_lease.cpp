@@ -90,7 +90,7 @@ void Hub::give_lease(std::uint64_t id, Time now) {
   idle_since_ = now;
   const auto found = clients_.find(id);
   const bool code_used = found != clients_.end() && pairing_.use_up(found->second.token);
-  if (found != clients_.end()) found->second.any_sample = false;
+  if (found != clients_.end()) found->second.newest = {};
   callbacks_.on_lease(id);
   tell_lease(now);
   if (code_used) callbacks_.on_pairing({});

@@ -120,7 +120,7 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
     case Kind::kObject:
       return set_object(request, now);
     case Kind::kAttach:
-      return session_->attach(request.text, now);
+      return session_->attach(request.text, now, request.tool);
     case Kind::kDetach:
       return session_->detach(request.text, now);
     case Kind::kEpisode:
@@ -209,34 +209,50 @@ Status OperatorInterface::play(const std::string& name, Time now) {
   if (!index) return index.error();
   halts_ = session_->halts();
   if (session_->is_halted()) return Error{"a playback cannot start while the arm is stopped; reset it first"};
+  const Recording& recording = recordings_[*index].recording;
+  const int tools = session_->ocp().model().tool_count();
+  for (const OperatorSample& sample : recording.samples) {
+    if (sample.tool >= 0 && sample.tool < tools) continue;
+    return Error{
+        fmt::format("recording '{}' moves tool {}; the tools of this robot are 0 to {}", name, sample.tool, tools - 1)};
+  }
   if (controls_.policy_turn) end_turn();
   session_->release_hand();
-  playback_.emplace(recordings_[*index].recording, now, way_home(recordings_[*index].recording, now));
+  playback_.emplace(recording, now, ways_home(recording, now));
   controls_.playback = *index;
   return Done{};
 }
 
-/// The tool's commanded pose; none before the arm has reported its position.
-std::optional<Pose> OperatorInterface::tool(Time now) const {
+/// The tools' commanded poses; none before the arm has reported its position.
+std::optional<PerTool<Pose>> OperatorInterface::tools(Time now) const {
   const Result<Kinematics> arm = session_->arm_at(now);
-  return arm ? std::optional(Pose{arm->p(), Quaternion(arm->R())}) : std::nullopt;
+  if (!arm) return std::nullopt;
+  PerTool<Pose> poses;
+  for (int t = 0; t < arm->tool_count(); ++t) poses[t] = {arm->p(t), Quaternion(arm->R(t))};
+  return poses;
 }
 
-/// Motion of a recorded hand before the recording, so that it begins with the tool where the session began.
-std::vector<Pose> OperatorInterface::way_home(const Recording& recording, Time now) const {
-  const std::optional<Pose> from = tool(now);
-  if (!from || !X_base_home_) return {};
+/// Motion of recorded hands before the recording, so that it begins with the tools where the session began.
+PerTool<std::vector<Pose>> OperatorInterface::ways_home(const Recording& recording, Time now) const {
+  PerTool<std::vector<Pose>> ways;
+  const std::optional<PerTool<Pose>> from = tools(now);
+  if (!from || !X_base_home_) return ways;
   RetargetSettings retarget = retarget_;
   retarget.scale = controls_.scale;
   retarget.yaw = controls_.yaw;
-  std::vector<Pose> way = way_around_base(*from, *X_base_home_);
-  if (way.empty()) return {};
-  const Pose& first = recording.samples.front().X_operator_hand;
-  const Pose grip{first.p, hand_for(retarget, *from, *X_base_home_, first).q};
-  for (Pose& at : way) at = hand_for(retarget, at, *from, grip);
-  const Vector3 shift = first.p - way.back().p;  // which the tool does not see
-  for (Pose& at : way) at.p += shift;
-  return way;
+  for (int t = 0; t < session_->ocp().model().tool_count(); ++t) {
+    const auto first = std::find_if(recording.samples.begin(), recording.samples.end(),
+                                    [&](const OperatorSample& sample) { return sample.tool == t; });
+    std::vector<Pose>& way = ways[t];
+    if (first != recording.samples.end()) way = way_around_base((*from)[t], (*X_base_home_)[t]);
+    if (way.empty()) continue;
+    const Pose& hand = first->X_operator_hand;
+    const Pose grip{hand.p, hand_for(retarget, (*from)[t], (*X_base_home_)[t], hand).q};
+    for (Pose& at : way) at = hand_for(retarget, at, (*from)[t], grip);
+    const Vector3 shift = hand.p - way.back().p;  // which the tool does not see
+    for (Pose& at : way) at.p += shift;
+  }
+  return ways;
 }
 
 /// Sends the operator's choices to the planner.
@@ -262,7 +278,7 @@ void OperatorInterface::send() {
 
 void OperatorInterface::hand(const OperatorSample& sample) {
   const Lock lock(mutex_);
-  gripped_ = sample.clutch ? std::optional(sample.stamp.made) : std::nullopt;
+  hands_[sample.tool].gripped = sample.clutch ? std::optional(sample.stamp.made) : std::nullopt;
   if (controls_.policy_turn) return hand_in_turn(sample);
   if (playback_ && !sample.clutch) return;
   if (playback_) end_playback();
@@ -270,18 +286,21 @@ void OperatorInterface::hand(const OperatorSample& sample) {
 }
 
 /// Engaging takes over, and releasing hands back. The previous source releases, and the next one closes a clutch that
-/// was seen open: its motion begins from where the arm is.
+/// was seen open: its motion begins from where the arm is. The policy waits until both hands of a person have released.
 void OperatorInterface::hand_in_turn(const OperatorSample& sample) {
+  Hand& hand = hands_[sample.tool];
   if (!sample.clutch) {
-    may_take_over_ = true;
-    if (!std::exchange(takes_over_, false)) return;
+    hand.may_take_over = true;
+    if (!std::exchange(hand.takes_over, false)) return;
+    if (takes_over()) return session_->feed(sample);
     session_->release_hand();
-    policy_->begin(sample.stamp.made);
+    for (PolicyHand& each : policy_) each.begin(sample.stamp.made);
     return;
   }
-  if (!may_take_over_) return;
-  if (!std::exchange(takes_over_, true)) {
-    session_->release_hand();
+  if (!hand.may_take_over) return;
+  if (!hand.takes_over) {
+    if (!takes_over()) session_->release_hand();
+    hand.takes_over = true;
     OperatorSample open = sample;
     open.clutch = false;
     open.stamp.hand -= Time(1);
@@ -292,27 +311,35 @@ void OperatorInterface::hand_in_turn(const OperatorSample& sample) {
   session_->feed(closed);
 }
 
+/// In the policy's turn a person controls the arm.
+bool OperatorInterface::takes_over() const {
+  return std::any_of(hands_.begin(), hands_.end(), [](const Hand& hand) { return hand.takes_over; });
+}
+
 Status OperatorInterface::give_turn(bool turn, Time now) {
   if (!turn) {
     if (controls_.policy_turn) end_turn();
     return Done{};
   }
-  if (!policy_) return Error{"no policy is connected; start one first (docs/how-to/policies.md)"};
+  if (policy_.empty()) return Error{"no policy is connected; start one first (docs/how-to/policies.md)"};
   halts_ = session_->halts();
   if (session_->is_halted()) return Error{"a policy cannot start while the arm is stopped; reset it first"};
-  if (gripped_ && to_seconds(now - *gripped_) < kSampleTimeout) return Error{"release the arm first"};
+  for (const Hand& hand : hands_) {
+    if (hand.gripped && to_seconds(now - *hand.gripped) < kSampleTimeout) return Error{"release the arm first"};
+  }
   playback_.reset();
   controls_.playback = -1;
   session_->release_hand();
-  policy_->begin(now);
+  for (PolicyHand& hand : policy_) hand.begin(now);
   controls_.policy_turn = true;
-  may_take_over_ = takes_over_ = false;
+  for (Hand& hand : hands_) hand.may_take_over = hand.takes_over = false;
   return Done{};
 }
 
 /// Releases a person's hand, too: a turn that ends must stop the arm.
 void OperatorInterface::end_turn() {
-  controls_.policy_turn = takes_over_ = false;
+  controls_.policy_turn = false;
+  for (Hand& hand : hands_) hand.takes_over = false;
   session_->release_hand();
 }
 
@@ -323,17 +350,17 @@ Status OperatorInterface::connect(std::optional<PolicyInfo> policy) {
                              PolicyHand::kFastest, PolicyHand::kSlowest)};
   }
   if (controls_.policy_turn) end_turn();
-  policy_.reset();
+  policy_.clear();
   controls_.policy.clear();
   if (!policy) return Done{};
-  controls_.policy = policy->name;
-  policy_.emplace(*std::move(policy));
+  policy_.assign(static_cast<std::size_t>(session_->ocp().model().tool_count()), PolicyHand(*policy));
+  controls_.policy = std::move(policy->name);
   return Done{};
 }
 
 void OperatorInterface::target(const PolicyTarget& target, Time now) {
   const Lock lock(mutex_);
-  if (policy_) policy_->take(target, now);
+  if (target.tool >= 0 && target.tool < std::ssize(policy_)) policy_[target.tool].take(target, now);
 }
 
 void OperatorInterface::end_playback() {
@@ -344,7 +371,7 @@ void OperatorInterface::end_playback() {
 
 void OperatorInterface::change_hands() {
   const Lock lock(mutex_);
-  gripped_.reset();
+  for (Hand& hand : hands_) hand.gripped.reset();
   if (playback_) return end_playback();
   if (controls_.policy_turn) return end_turn();
   session_->release_hand();
@@ -359,8 +386,11 @@ void OperatorInterface::note_server_alive(Time now) {
 void OperatorInterface::watch_playback(Time now) {
   if (!playback_ || now < watched_ + kWatched) return;
   watched_ = now;
-  const bool stands = session_->snapshot().state == SupervisionState::kReady;
-  if (stands && playback_->closed_for(now) > kHeardWithin) playback_->grip_anew(now);
+  const SessionSnapshot snapshot = session_->snapshot();
+  for (int t = 0; t < snapshot.tool_count; ++t) {
+    const bool waits = snapshot.tools[t].state == SupervisionState::kReady;
+    if (waits && playback_->closed_for(now, t) > kHeardWithin) return playback_->grip_anew(now);
+  }
 }
 
 Time OperatorInterface::poll(Time now) {
@@ -368,13 +398,17 @@ Time OperatorInterface::poll(Time now) {
   const bool alone = server_alive_ && now - *server_alive_ > kServerSilence;
   if (playback_ && (alone || session_->halts() != halts_)) end_playback();
   if (controls_.policy_turn && (alone || session_->halts() != halts_)) end_turn();
-  if (!X_base_home_) X_base_home_ = tool(now);
+  if (!X_base_home_) X_base_home_ = tools(now);
   OperatorSample sample;
   watch_playback(now);
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);
-  const bool leads = controls_.policy_turn && !takes_over_;
-  while (leads && policy_->next(now, sample)) session_->feed(sample);
-  return playback_ ? playback_->due() : leads ? policy_->due() : Time::max();
+  Time due = playback_ ? playback_->due() : Time::max();
+  if (!controls_.policy_turn || takes_over()) return due;
+  for (PolicyHand& hand : policy_) {
+    while (hand.next(now, sample)) session_->feed(sample);
+    due = std::min(due, hand.due());
+  }
+  return due;
 }
 
 std::shared_ptr<const std::string> OperatorInterface::cell() {

@@ -78,7 +78,7 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
 
 PolicyTarget TargetMessage::target() const {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  return {{p.value_or(Vector3::Constant(kNone)), q.value_or(Quaternion::Identity())}, gripper};
+  return {{p.value_or(Vector3::Constant(kNone)), q.value_or(Quaternion::Identity())}, gripper, tool};
 }
 
 Shape PlacedShape::shape() const {

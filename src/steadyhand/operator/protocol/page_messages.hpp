@@ -19,7 +19,7 @@
 namespace steadyhand {
 
 /// Version of docs/reference/protocol.md. A client of another version is refused.
-constexpr int kProtocolVersion = 2;
+constexpr int kProtocolVersion = 3;
 /// Bytes of the longest message that a client may send.
 constexpr std::size_t kMaxClientMessage = 2048;
 
@@ -103,6 +103,8 @@ void describe(V& v, SampleMessage& m) {
   v.add("emulated", "", "WebXR's `emulatedPosition`", m.sample.emulated);
   v.add("lead_s", "s", "time by which the pose was predicted", m.sample.look_ahead, within(0.0, 0.1).or_absent());
   v.add("gripper", "", "0 open to 1 closed; absent: as it is", m.sample.gripper, within(0.0, 1.0));
+  v.add("tool", "", "which of the robot's tools this hand moves; absent: 0", m.sample.tool,
+        within(0, kMaxTools - 1).or_absent());
 }
 
 struct RequestMessage {
@@ -147,7 +149,7 @@ struct PolicyMessage {
 template <typename V>
 void describe(V& v, PolicyMessage& m) {
   v.type("PolicyMessage",
-         "from one paired client at a time, which then sends where the tool is to be "
+         "from one paired client at a time, which then sends where each tool is to be "
          "([policies.md](../how-to/policies.md)). It may move the arm once the client that has control requests it");
   v.add("name", "", "", m.policy.name, sized(1, 64));
   v.add("period_s", "s", "between targets", m.policy.period, within(PolicyHand::kFastest, PolicyHand::kSlowest));
@@ -159,6 +161,7 @@ struct TargetMessage {
   std::optional<Vector3> p;
   std::optional<Quaternion> q;
   std::optional<double> gripper;
+  int tool = 0;
 
   /// NaN where the policy sends no number.
   PolicyTarget target() const;
@@ -166,12 +169,13 @@ struct TargetMessage {
 template <typename V>
 void describe(V& v, TargetMessage& m) {
   v.type("TargetMessage",
-         "from the policy: where the tool is to be, in the base, when the next target is due. Dropped if the state is "
+         "from the policy: where a tool is to be, in the base, when its next target is due. Dropped if the state is "
          "more than 0.5 s old");
   v.add("of_s", "s", "`now_s` of the state that it was made of", m.of, within(-kLongest, kLongest));
   v.add("p", "m", "null: it has no numbers", m.p, within(-kFarthest, kFarthest).or_null());
   v.add("q", "", "null, too, then", m.q, kOrNull);
   v.add("gripper", "", "0 open to 1 closed; absent: as it is", m.gripper, within(0.0, 1.0));
+  v.add("tool", "", "which of the robot's tools; absent: 0", m.tool, within(0, kMaxTools - 1).or_absent());
   v.check(m.p.has_value() == m.q.has_value(), "'q' must be null where 'p' is, and only there");
 }
 

@@ -36,69 +36,116 @@ std::vector<Pose> way_around_base(const Pose& from, const Pose& to) {
   return way;
 }
 
+Playback::Playback(const Recording& recording, Time start, PerTool<std::vector<Pose>> ways)
+    : recording_(&recording), start_(start) {
+  const std::size_t count = recording.samples.size();
+  for (int t = 0; t < kMaxTools; ++t) {
+    const std::size_t first = sample_of(t, 0);
+    if (first == count) continue;
+    std::size_t last = first;
+    for (std::size_t i = first; i < count; i = sample_of(t, i + 1)) last = i;
+    longest_way_ = std::max(longest_way_, ways[t].size());
+    hands_.push_back({t, std::move(ways[t]), first, last, first, start, {}});
+  }
+}
+
+/// Index of the tool's first sample from there on; the recording's size: none.
+std::size_t Playback::sample_of(int tool, std::size_t from) const {
+  const auto& samples = recording_->samples;
+  while (from < samples.size() && samples[from].tool != tool) ++from;
+  return from;
+}
+
+Time Playback::closed_for(Time now, int tool) const {
+  const auto hand = std::find_if(hands_.begin(), hands_.end(), [&](const Hand& each) { return each.tool == tool; });
+  return hand != hands_.end() && hand->closed ? now - hand->closed_since : Time(0);
+}
+
 void Playback::grip_anew(Time now) {
-  if (!closed_ || waits()) return;
+  const auto any = [&](auto what) { return std::any_of(hands_.begin(), hands_.end(), what); };
+  if (!any([](const Hand& hand) { return hand.closed; }) || any([&](const Hand& hand) { return waits(hand); })) return;
   const Time next = due();
   opens_until_ = now + kOpen;
   waits_until_ = opens_until_ + kWait;
   start_ += waits_until_ + kPeriod - next;  // the next sample comes then
-  emitted_ = now;
-  closed_ = false;
+  for (Hand& hand : hands_) {
+    hand.emitted = now;
+    hand.closed = false;
+  }
+}
+
+/// A hand that the recording does not have from its beginning to its end stays before and after that.
+bool Playback::from_recording(const Hand& hand) const {
+  const auto& samples = recording_->samples;
+  return !waits(hand) && hand.next < samples.size() &&
+         hand.emitted >= moves() + samples[hand.first].stamp.hand - kPeriod;
+}
+
+Time Playback::due(const Hand& hand) const {
+  return from_recording(hand) ? moves() + recording_->samples[hand.next].stamp.hand : hand.emitted + kPeriod;
+}
+
+Time Playback::due() const {
+  Time earliest = Time::max();
+  for (const Hand& hand : hands_) earliest = std::min(earliest, due(hand));
+  return earliest;
+}
+
+bool Playback::next(Time now, OperatorSample& sample) {
+  const auto hand =
+      std::min_element(hands_.begin(), hands_.end(), [this](const Hand& a, const Hand& b) { return due(a) < due(b); });
+  const Time due = this->due(*hand), ends = moves() + recording_->samples.back().stamp.hand + kReturn;
+  if (due > now) return false;
+  const bool recorded = from_recording(*hand), waiting = waits(*hand);
+  sample = sample_at(due, *hand);
+  if (recorded) hand->next = sample_of(hand->tool, hand->next + 1);
+  hand->emitted = due;
+  hand->at = sample.X_operator_hand;
+  if (sample.clutch && !hand->closed) hand->closed_since = due;
+  hand->closed = sample.clutch;
+  hand->over = !waiting && due >= ends;
+  if (std::all_of(hands_.begin(), hands_.end(), [](const Hand& each) { return each.over; })) end_round(due);
+  return true;
 }
 
 /// One round: open, closed at the first pose (before it, in the first round, the way there), the recording, back to the
 /// first pose.
-Time Playback::due() const {
-  return from_recording() ? moves() + recording_->samples[next_sample_].stamp.hand : emitted_ + kPeriod;
-}
-
-bool Playback::next(Time now, OperatorSample& sample) {
+OperatorSample Playback::sample_at(Time due, const Hand& hand) const {
   const auto& samples = recording_->samples;
-  const bool recorded = from_recording(), waiting = waits();
-  const Time due = this->due(), returns = moves() + samples.back().stamp.hand, ends = returns + kReturn;
-  if (due > now) return false;
-  emitted_ = due;
-  if (waiting) return hold(due, sample);
-  sample = recorded ? samples[next_sample_++] : samples.front();
+  const bool recorded = from_recording(hand), moved = hand.next == samples.size();
+  const Time returns = moves() + samples.back().stamp.hand;
+  OperatorSample sample = samples[recorded ? hand.next : moved && due <= returns ? hand.last : hand.first];
   sample.stamp = {due, due};
   sample.leader = Leader::kRecording;
-  if (!recorded && due > returns) {
-    const double x = std::min(1.0, to_seconds(due - returns) / to_seconds(kReturn));
-    const double share = least_jerk(x);
-    const Pose& last = samples.back().X_operator_hand;
+  if (waits(hand)) {  // it stays where it is, opens, and closes again
+    sample.X_operator_hand = hand.at;
+    sample.clutch = due >= opens_until_;
+    return sample;
+  }
+  if (recorded) return sample;
+  if (moved && due > returns) {
+    const double share = least_jerk(std::min(1.0, to_seconds(due - returns) / to_seconds(kReturn)));
+    const Pose& last = samples[hand.last].X_operator_hand;
     sample.X_operator_hand.p += (1.0 - share) * (last.p - sample.X_operator_hand.p);
     sample.X_operator_hand.q = last.q.slerp(share, sample.X_operator_hand.q);
   }
-  if (due < moves() && !way_.empty()) {
+  if (due < moves() && !hand.way.empty()) {
     const auto passed = std::max(Time::rep(0), (due - leads()) / kPeriod);
-    sample.X_operator_hand = way_[std::min<std::size_t>(passed, way_.size() - 1)];
+    sample.X_operator_hand = hand.way[std::min<std::size_t>(passed, hand.way.size() - 1)];
   }
-  if (!recorded) sample.clutch = due >= start_ + kOpen && due < ends;
-  if (due >= ends) {
-    start_ = due;
-    next_sample_ = 0;
-    way_.clear();
-    ++rounds_;
-  }
-  note(sample);
-  return true;
+  sample.clutch = due >= start_ + kOpen && due < returns + kReturn;
+  return sample;
 }
 
-/// The hand stays where it is, opens, and closes again.
-bool Playback::hold(Time due, OperatorSample& sample) {
-  sample = recording_->samples.front();
-  sample.X_operator_hand = last_;
-  sample.stamp = {due, due};
-  sample.leader = Leader::kRecording;
-  sample.clutch = due >= opens_until_;
-  note(sample);
-  return true;
-}
-
-void Playback::note(const OperatorSample& sample) {
-  last_ = sample.X_operator_hand;
-  if (sample.clutch && !closed_) closed_since_ = sample.stamp.made;
-  closed_ = sample.clutch;
+void Playback::end_round(Time at) {
+  start_ = at;
+  longest_way_ = 0;
+  ++rounds_;
+  for (Hand& hand : hands_) {
+    hand.next = hand.first;
+    hand.way.clear();
+    hand.over = false;
+  }
 }
 
 }  // namespace steadyhand

@@ -7,53 +7,59 @@
 
 namespace steadyhand {
 
-/// Plays a recording as a live hand in a loop: engages, waits until the clutch's ramp is over, moves as recorded, goes
-/// back to where it began, and releases. The arm ends each round where it began it. If the arm has disengaged, it
-/// waits, engages again and continues. Allocates nothing.
+/// Plays a recording as a live hand, or two, in a loop: engages, waits until the clutch's ramp is over, moves as
+/// recorded, goes back to where it began, and releases. The arm ends each round where it began it. If the arm has
+/// disengaged, all hands open, wait, engage again and continue. Allocates nothing after it was made.
 class Playback {
  public:
   static constexpr Time kPeriod = std::chrono::milliseconds(11);  ///< between samples that are not from the recording
 
-  /// The recording must outlive it. @param start of the first round, session's clock @param way poses of the hand, a
-  /// kPeriod apart, that it goes through in the first round before it moves as recorded; the last one is the
-  /// recording's first. Empty: it begins there.
-  Playback(const Recording& recording, Time start, std::vector<Pose> way = {})
-      : recording_(&recording), way_(std::move(way)), start_(start), emitted_(start) {}
+  /// The recording must outlive it. @param start of the first round, session's clock @param ways of each tool's hand
+  /// the poses, a kPeriod apart, that it goes through in the first round before it moves as recorded; the last one is
+  /// its first in the recording. Empty: it begins there.
+  Playback(const Recording& recording, Time start, PerTool<std::vector<Pose>> ways = {});
 
-  /// The next sample if its time has come by `now`: call until false. Stamped with the session's time.
+  /// The next sample of any hand if its time has come by `now`: call until false. Stamped with the session's time.
   bool next(Time now, OperatorSample& sample);
   /// When the next sample's time comes.
   Time due() const;
   std::uint64_t rounds() const { return rounds_; }
-  /// For how long the hand has been closed without a break; 0: it is open.
-  Time closed_for(Time now) const { return closed_ ? now - closed_since_ : Time(0); }
-  /// Releases, engages where it is now, and continues from there.
+  /// For how long a tool's hand has been closed without a break; 0: it is open, or the recording has none.
+  Time closed_for(Time now, int tool = 0) const;
+  /// All hands release, engage where they are now, and continue from there.
   void grip_anew(Time now);
 
  private:
-  Time leads() const { return start_ + kOpen + kWait; }
-  Time moves() const { return leads() + static_cast<Time::rep>(way_.size()) * kPeriod; }
-  bool waits() const { return emitted_ < waits_until_; }
-  bool from_recording() const {
-    return !waits() && emitted_ >= moves() - kPeriod && next_sample_ < recording_->samples.size();
-  }
+  struct Hand {
+    int tool = 0;
+    std::vector<Pose> way;
+    std::size_t first = 0, last = 0;  ///< of its samples in the recording
+    std::size_t next = 0;             ///< of its samples; the recording's size: none
+    Time emitted{0};                  ///< stamp of the last sample
+    Pose at;                          ///< pose in the last sample
+    bool closed = false;              ///< clutch in the last sample
+    Time closed_since{0};
+    bool over = false;  ///< this round is
+  };
 
-  bool hold(Time due, OperatorSample& sample);
-  void note(const OperatorSample& sample);
+  Time leads() const { return start_ + kOpen + kWait; }
+  Time moves() const { return leads() + static_cast<Time::rep>(longest_way_) * kPeriod; }
+  bool waits(const Hand& hand) const { return hand.emitted < waits_until_; }
+  bool from_recording(const Hand& hand) const;
+  Time due(const Hand& hand) const;
+  std::size_t sample_of(int tool, std::size_t from) const;
+  OperatorSample sample_at(Time due, const Hand& hand) const;
+  void end_round(Time at);
 
   static constexpr Time kOpen = std::chrono::milliseconds(400), kWait = std::chrono::milliseconds(600),
                         kReturn = std::chrono::milliseconds(2000);
 
   const Recording* recording_;
-  std::vector<Pose> way_;
-  Time start_;    ///< start of this round
-  Time emitted_;  ///< stamp of the last sample
-  std::size_t next_sample_ = 0;
+  std::vector<Hand> hands_;      ///< that the recording has
+  std::size_t longest_way_ = 0;  ///< in this round
+  Time start_;                   ///< start of this round
   std::uint64_t rounds_ = 0;
-  Pose last_;            ///< pose in the last sample
-  bool closed_ = false;  ///< clutch in the last sample
-  Time closed_since_{0};
-  Time opens_until_{0}, waits_until_{0};  ///< while it engages again
+  Time opens_until_{0}, waits_until_{0};  ///< while they engage again
 };
 
 /// Poses of the tool, Playback::kPeriod apart, from one to another: around the base's z axis, where an arm has room,

@@ -18,29 +18,28 @@ void PolicyHand::take(const PolicyTarget& target, Time now) {
 }
 
 bool PolicyHand::is_stale(Time t) const {
-  return heard_ == Time::min() || t - heard_ > std::max(kPatience, from_seconds(3.0 * info_.period));
+  return heard_ == Time::min() || t - heard_ > std::max(kPatience, from_seconds(3.0 * period_));
 }
 
 /// Newest target, or on the way there.
 Pose PolicyHand::at(Time t) const {
   const Pose& to = target_.X_base_tool;
-  const double part = to_seconds(t - heard_) / info_.period;
+  const double part = to_seconds(t - heard_) / period_;
   if (part >= 1.0) return to;
   return {from_.p + std::max(part, 0.0) * (to.p - from_.p), from_.q.slerp(std::max(part, 0.0), to.q)};
 }
 
 bool PolicyHand::next(Time now, OperatorSample& sample) {
-  if (due_ > now) return false;
+  if (due() > now) return false;
   const Time t = std::max(due_, now - kPeriod);  // missed samples are skipped
   due_ = t + kPeriod;
   sample = {};
   sample.stamp = {t, t};
   sample.leader = Leader::kPolicy;
+  sample.tool = target_.tool;
   sample.tracked = !is_stale(t);
-  if (heard_ != Time::min()) {
-    sample.X_operator_hand = at(t);
-    sample.gripper = target_.gripper;
-  }
+  sample.X_operator_hand = at(t);
+  sample.gripper = target_.gripper;
   sample.clutch = !open_;
   if (sample.tracked) open_ = false;  // the next one closes the clutch
   return true;

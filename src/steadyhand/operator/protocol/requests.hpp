@@ -49,6 +49,7 @@ struct OperatorRequest {
   std::optional<CellObject> object = std::nullopt;
   std::string to = {};
   EpisodeMark episode = {};
+  int tool = 0;  ///< index of the tool that takes an object
 };
 
 constexpr auto names_of(OperatorRequest::Kind) {
@@ -89,9 +90,9 @@ constexpr auto names_of(OperatorRequest::Kind) {
             "the obstacle of this name from now on (it is added, or moves); `null`: it is removed. Its colour and what "
             "may touch it stay"},
        Name{kAttach, "attach",
-            "the tool takes the object of this name where it is: from now on it moves with the arm, as a part of it. "
+            "a tool takes the object of this name where it is: from now on it moves with the arm, as a part of it. "
             "Refused for an unknown name, a half-space, or an object in the arm"},
-       Name{kDetach, "detach", "the tool releases it where it is"},
+       Name{kDetach, "detach", "the tool that carries it releases it where it is"},
        Name{kEpisode, "episode",
             "an episode for a data set begins, ends wanted or unwanted (also changed afterwards), or gets remarks "
             "only. `begin` is refused within an episode and where the session is not recorded; "
@@ -183,6 +184,8 @@ void describe(V& v, OperatorRequest& r) {
         return;
       }
       case Kind::kAttach:
+        text("its name", 1);
+        return v.add("tool", "", "index of the tool; absent: 0", r.tool, within(0, kMaxTools - 1).or_absent());
       case Kind::kDetach:
         return text("its name", 1);
       case Kind::kEpisode:

@@ -13,11 +13,14 @@ constexpr double kSeenDistance = 0.001, kSeenTurn = 0.01;  // m, rad
 
 Status SceneThings::follow(const SceneState& scene, Session& session) {
   if (solids_.empty()) return Done{};
+  const auto same_grasp = [](const ThingState& a, const ThingState& b) {
+    return a.grasped == b.grasped && (!a.grasped || a.grasped_by == b.grasped_by);
+  };
   bool moved = shown_.empty(), grasps = false;
   for (std::size_t i = 0; i < shown_.size(); ++i) {
     const ThingState& thing = scene.thing[solids_[i].first];
     const Pose& before = shown_[i].X_base_thing;
-    grasps |= thing.grasped != shown_[i].grasped;
+    grasps |= !same_grasp(thing, shown_[i]);
     moved |= !thing.grasped && ((thing.X_base_thing.p - before.p).norm() > kSeenDistance ||
                                 thing.X_base_thing.q.angularDistance(before.q) > kSeenTurn);
   }
@@ -29,15 +32,16 @@ Status SceneThings::follow(const SceneState& scene, Session& session) {
           const auto named = std::find_if(cell.objects.begin(), cell.objects.end(),
                                           [&](const CellObject& other) { return other.name == solid.name; });
           CellObject& object = named == cell.objects.end() ? cell.objects.emplace_back() : *named;
-          const bool stays_in_tool = object.attached && scene.thing[thing].grasped;
+          const ThingState& now = scene.thing[thing];
+          const bool stays_in_tool = object.attached && now.grasped && object.tool == now.grasped_by;
           if (stays_in_tool) continue;
-          const Pose& at = scene.thing[thing].X_base_thing;
+          const Pose& at = now.X_base_thing;
           object = solid;
           object.origin = Eigen::Translation3d(at.p) * at.q * solid.origin;
-          if (!scene.thing[thing].grasped) continue;
+          if (!now.grasped) continue;
           const Result<Kinematics> arm = session.arm_at(scene.at);
           if (!arm) return arm.error();
-          Result<Cell> attached = attach(std::move(cell), solid.name, *arm);
+          Result<Cell> attached = attach(std::move(cell), solid.name, *arm, now.grasped_by);
           if (!attached) return attached.error();
           cell = *std::move(attached);
         }
@@ -45,13 +49,16 @@ Status SceneThings::follow(const SceneState& scene, Session& session) {
       },
       scene.at);
   if (!done) return done;
-  shown_.resize(solids_.size());
-  for (std::size_t i = 0; i < solids_.size(); ++i) {
-    const ThingState& thing = scene.thing[solids_[i].first];
-    shown_[i] = {thing.X_base_thing, thing.grasped};
-  }
+  shown_.clear();
+  for (const auto& [thing, solid] : solids_) shown_.push_back(scene.thing[thing]);
   shown_at_ = scene.at;
   return Done{};
+}
+
+double spilled_share(const SessionSnapshot& snapshot) {
+  double most = 0.0;
+  for (int t = 0; t < snapshot.tool_count; ++t) most = std::max(most, snapshot.tools[t].liquid.spilled_share);
+  return most;
 }
 
 }  // namespace steadyhand

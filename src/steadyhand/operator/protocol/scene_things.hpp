@@ -8,8 +8,8 @@
 
 namespace steadyhand {
 
-/// The things of a simulated scene in a session's cell: each at its place, and attached to the tool while both fingers
-/// of the gripper touch it. One thread.
+/// The things of a simulated scene in a session's cell: each at its place, and attached to a tool while both fingers of
+/// its gripper touch it. One thread.
 class SceneThings {
  public:
   /// @param solids of things, by their index, in their frame
@@ -21,15 +21,12 @@ class SceneThings {
   bool known() const { return !shown_.empty(); }  ///< the cell has them
 
  private:
-  /// The thing of a solid, as it is in the cell.
-  struct Shown {
-    Pose X_base_thing;
-    bool grasped = false;
-  };
-
   std::vector<std::pair<int, CellObject>> solids_;
-  std::vector<Shown> shown_;  ///< for each solid
+  std::vector<ThingState> shown_;  ///< for each solid its thing, as it is in the cell
   Time shown_at_{0};
 };
+
+/// Share of the liquid that has left a glass; of two glasses the larger.
+double spilled_share(const SessionSnapshot& snapshot);
 
 }  // namespace steadyhand

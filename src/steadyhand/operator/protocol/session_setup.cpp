@@ -68,6 +68,7 @@ ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const Live
   ServerFacts facts;
   facts.version = STEADYHAND_VERSION;
   facts.robot = robot_json(model);
+  facts.tools = model.tool_count();
   facts.cell = cell_json(settings.cell);
   facts.glass = {glass.radius, glass.height, glass.fill};
   for (const auto& objective : ocp.objectives()) {

@@ -12,7 +12,8 @@ namespace {
 
 /// Each row is the distance between a body and an obstacle, or ProximityOf::value between round shapes. The instance
 /// lists the pairs. An obstacle moves at its velocity to the node's time; the joints up to the body's link move the
-/// body. Objects that a tool carries move with it; with a body of the arm they are treated like a pair of bodies.
+/// body. Objects that a tool carries move with it; with a body of the arm, or an object that another tool carries, they
+/// are treated like a pair of bodies.
 class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
  public:
   ObstacleClearance(const RobotModel& model, int rows)
@@ -64,8 +65,9 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
 
   /// Joints that move one relative to the other.
   const std::vector<SignedJoint>& joints(const NearObstacle& near) const {
-    if (near.body >= kMaxBodies) return ways_[0][near.carried.tool];
-    const int link = model_->bodies[near.body].link;
+    const bool of_arm = near.body < kMaxBodies;
+    if (!of_arm && !near.obstacle.carried) return ways_[0][near.carried.tool];
+    const int link = of_arm ? model_->bodies[near.body].link : model_->tools[near.carried.tool].link;
     return near.obstacle.carried ? ways_[link][near.obstacle.tool] : from_base_[link];
   }
   template <typename S>
@@ -77,7 +79,9 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
   }
   template <typename S>
   std::pair<Shape, PlacedOf<S>> seen_from(const NodeOf<S>& node, const NearObstacle& near) const {
-    if (near.obstacle.carried) return {model_->bodies[near.body].shape, node.arm.body(near.body)};
+    if (near.obstacle.carried && near.body < kMaxBodies)
+      return {model_->bodies[near.body].shape, node.arm.body(near.body)};
+    if (near.obstacle.carried) return {near.carried.shape, placed_on_tool(node.arm, near.carried)};
     return {near.obstacle.shape, placed_after(near.obstacle, node.time)};
   }
   /// The moving solid of the row: the whole, or a corner.

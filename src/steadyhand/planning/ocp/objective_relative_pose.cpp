@@ -19,7 +19,8 @@ class RelativePose final : public ObjectiveFor<RelativePose> {
                       .unit = "1/(m^2 s), 1/s",
                       .weights = {2},
                       .range = {1.0, 1e6, true},
-                      .offered = false}) {}
+                      .offered = false,
+                      .ties_tools = true}) {}
   Nodes nodes() const override { return Nodes::kStates; }
 
   template <typename S>

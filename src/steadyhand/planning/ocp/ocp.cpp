@@ -207,7 +207,7 @@ Status Ocp::check(const OcpInstance& instance) const {
   }
   for (const NearObstacle& near : instance.near) {
     const bool of_arm = near.body >= 0 && near.body < std::ssize(model_->bodies);
-    if (!of_arm && near.body != -1 && (near.body < kMaxBodies || near.obstacle.carried)) {
+    if (!of_arm && near.body != -1 && near.body < kMaxBodies) {
       return Error{fmt::format("an obstacle is near body {}; the bodies are 0 to {}, and -1 is none", near.body,
                                model_->bodies.size() - 1)};
     }
@@ -228,6 +228,8 @@ Status Ocp::check(const OcpInstance& instance) const {
         return Error{
             fmt::format("an obstacle is carried by tool {}; the tools are 0 to {}", obstacle->tool, tool_count() - 1)};
     }
+    if (!of_arm && near.obstacle.carried && near.obstacle.tool == near.carried.tool)
+      return Error{fmt::format("two obstacles are near each other that tool {} carries", near.carried.tool)};
   }
   if (!(instance.clearance >= 0.0 && instance.clearance <= kMostClearance))
     return Error{fmt::format("clearance is {}; it must be from 0 to {} m", instance.clearance, kMostClearance)};

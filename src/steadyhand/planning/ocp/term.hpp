@@ -22,8 +22,8 @@ template <typename Scalar>
 using NodeHessianOf = MotionHessianOf<Scalar>;
 using NodeHessian = NodeHessianOf<double>;  ///< at one node
 
-/// A body of the arm, or an object that it carries, and an obstacle that it may come near; or a body of the arm and an
-/// object that the tool carries (Obstacle::carried). The time is that of the instance's node 0.
+/// A body of the arm, or an object that a tool carries, and an obstacle that it may come near, or an object that
+/// another tool carries (Obstacle::carried). The time is that of the instance's node 0.
 struct NearObstacle {
   /// Body of the model; from kMaxBodies on, `carried` in its place; -1: none, and the other members are not used.
   int body = -1;
@@ -101,6 +101,7 @@ struct ObjectiveInfo {
   WeightCount weights = {};  ///< how many; in all at most kMaxJoints
   WeightRange range = {};    ///< to choose from
   bool offered = true;       ///< pages offer the weight to the operator of a live arm
+  bool ties_tools = false;   ///< with a weight the two tools hold one thing: where one goes, the other goes too
   double at_rest_min = 0.0;  ///< while the arm only stops, its weights are the profile's, but not below this
   /// and not above this: terms that move the arm to a place have 0.
   double at_rest_max = std::numeric_limits<double>::infinity();

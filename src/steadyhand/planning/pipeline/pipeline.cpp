@@ -49,7 +49,6 @@ PipelineSettings::PipelineSettings(const Profile& profile) { apply(profile, reta
 
 Result<std::unique_ptr<Pipeline>> Pipeline::make(RobotModel model, const PipelineSettings& settings) {
   if (Status s = check(model); !s) return s.error();
-  if (Status s = check_one_tool(model); !s) return s.error();
   if (Status s = check_numbers(model, settings); !s) return s.error();
   auto owned = std::make_unique<const RobotModel>(std::move(model));
   auto planner = Planner::make(*owned, settings.ocp, settings.planner);
@@ -61,11 +60,14 @@ Pipeline::Pipeline(std::unique_ptr<const RobotModel> model, const PipelineSettin
                    std::unique_ptr<Planner> planner)
     : model_(std::move(model)),
       period_(from_seconds(1.0 / settings.rate_hz)),
-      retargeter_(settings.retarget),
-      predictor_(complete(settings.predictor, settings.ocp, compute_reach(*model_))),
       planner_(std::move(planner)),
       tracker_(model_->home),
-      arm_(*model_) {}
+      arm_(*model_) {
+  for (int t = 0; t < model_->tool_count(); ++t) {
+    hands_.push_back({Retargeter(settings.retarget),
+                      Predictor(complete(settings.predictor, settings.ocp, compute_reach(*model_, t)))});
+  }
+}
 
 Status Pipeline::feed(const OperatorSample& sample) {
   const Pose& hand = sample.X_operator_hand;
@@ -84,17 +86,84 @@ Status Pipeline::feed(const OperatorSample& sample) {
     return Error{
         fmt::format("the hand's pose is predicted {:.0f} s ahead; at most {} s can be", ahead, kLongestLookAhead)};
   }
+  if (sample.tool < 0 || sample.tool >= model_->tool_count()) {
+    return Error{fmt::format("the hand moves tool {}; robot '{}' has {} tool{}, counted from 0", sample.tool,
+                             model_->name, model_->tool_count(), model_->tool_count() == 1 ? "" : "s")};
+  }
   fed_ = true;
   arm_.set_position(tracker_.update(sample.stamp.hand).q);
   OperatorSample followed = sample;
   if (sample.tracked) followed.X_operator_hand.q.normalize();
-  target_ = retargeter_.update(followed, {arm_.p(), Quaternion(arm_.R())});
-  predictor_.update(target_);
+  Hand& by = hands_[sample.tool];
+  if (hands_.size() > 1 && !any_follows()) {  // from now on they may hold one thing
+    const Pose first{arm_.p(0), Quaternion(arm_.R(0))}, second{arm_.p(1), Quaternion(arm_.R(1))};
+    X_tool_tool_ = first.inverse() * second;
+    planner_->set_held(X_tool_tool_);
+  }
+  by.target = by.retargeter.update(followed, {arm_.p(sample.tool), Quaternion(arm_.R(sample.tool))});
+  by.predictor.update(by.target);
   return Done{};
 }
 
+/// Of all tools. A tool whose hand was never seen stays where it is.
+Reference Pipeline::predict(Time now) {
+  Reference all = hands_[0].predictor.predict(now);
+  PerTool<bool> known{all.nodes > 0};
+  for (std::size_t t = 1; t < hands_.size(); ++t) {
+    const Reference one = hands_[t].predictor.predict(now);
+    known[t] = one.nodes > 0;
+    if (!known[t]) continue;
+    all.stamp.hand = known[0] ? std::max(all.stamp.hand, one.stamp.hand) : one.stamp.hand;
+    all.nodes = one.nodes;
+    all.tools[t] = one.tools[0];
+  }
+  arm_.set_position(tracker_.update(now).q);
+  if (any_follows() && holds_one_thing()) {  // a tool without a hand goes with the other
+    for (std::size_t t = 0; t < hands_.size(); ++t) {
+      if (hands_[t].predictor.newest().engaged) continue;
+      const ToolReference& leader = all.tools[1 - t];
+      const Pose X_leader_tool = t == 1 ? X_tool_tool_ : X_tool_tool_.inverse();
+      for (int k = 0; k < all.nodes; ++k) {
+        all.tools[t].p[k] = leader.p[k] + leader.R[k] * X_leader_tool.p;
+        all.tools[t].R[k] = leader.R[k] * X_leader_tool.q.toRotationMatrix();
+      }
+    }
+    return all;
+  }
+  for (std::size_t t = 0; t < hands_.size() && all.nodes > 0; ++t) {
+    if (known[t]) continue;
+    all.tools[t].p.fill(arm_.p(static_cast<int>(t)));
+    all.tools[t].R.fill(arm_.R(static_cast<int>(t)));
+  }
+  return all;
+}
+
+/// While a tool follows, joints that move others are held still once they are slow.
+void Pipeline::hold_others(const JointCommand& at_start) {
+  constexpr double kSlow = 0.02;  // rad/s (m/s)
+  std::bitset<kMaxJoints> given;
+  for (std::size_t t = 0; t < hands_.size() && any_follows() && !holds_one_thing(); ++t) {
+    const std::vector<int>& chain = arm_.chain(static_cast<int>(t));
+    if (hands_[t].predictor.newest().engaged) continue;
+    const bool slow = std::ranges::all_of(chain, [&](int k) { return std::abs(at_start.dq[k]) < kSlow; });
+    for (const int k : chain) given[k] = given[k] || slow;
+  }
+  planner_->set_given(given);
+}
+
+bool Pipeline::holds_one_thing() const {
+  const Objectives& objectives = planner_->ocp().objectives();
+  const auto tie = std::ranges::find_if(objectives, [](const auto& each) { return each->info().ties_tools; });
+  return tie != objectives.end() && planner_->instance().weights[tie - objectives.begin()].maxCoeff() > 0.0;
+}
+
+bool Pipeline::any_follows() const {
+  return std::ranges::any_of(hands_, [](const Hand& hand) { return hand.predictor.newest().engaged; });
+}
+
 const Plan& Pipeline::plan(Time now) {
-  const Plan& plan = planner_->update(predictor_.predict(std::clamp(now, -kFarthest, kFarthest)));
+  if (hands_.size() > 1) hold_others(tracker_.update(std::clamp(now, -kFarthest, kFarthest)));
+  const Plan& plan = planner_->update(predict(std::clamp(now, -kFarthest, kFarthest)));
   tracker_.follow(plan);
   return plan;
 }
@@ -124,7 +193,10 @@ Status Pipeline::reset(const JointVector& q, Time now) {
   }
   planner_->reset(q, now);
   tracker_.follow(planner_->plan());
-  retargeter_.release();
+  for (Hand& hand : hands_) {
+    hand.retargeter.release();
+    hand.predictor.forget();
+  }
   newest_ = now;
   fed_ = planned_ = false;
   return Done{};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "steadyhand/planning/pipeline/profile.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
@@ -34,9 +35,10 @@ class Pipeline {
   /// Fails as Planner::make, and on other numbers out of range, with the reason.
   static Result<std::unique_ptr<Pipeline>> make(RobotModel model, const PipelineSettings& settings);
 
-  /// The hand at one time; times count from any epoch, that of update(). Engages and releases with the clutch.
+  /// A hand at one time; times count from any epoch, that of update(). Engages and releases with the clutch.
   /// Fails, and changes nothing, on a pose with numbers that are not finite or a quaternion whose length is not 1 to a
-  /// thousandth, on times more than 9e9 s from the epoch, and on a look-ahead of more than 10 s.
+  /// thousandth, on times more than 9e9 s from the epoch, on a look-ahead of more than 10 s, and on a tool that the
+  /// robot does not have.
   Status feed(const OperatorSample& sample);
   /// The set-point of the arm at `now`. Makes a new plan first if the last is older than a period of the rate. Call it
   /// as often as the arm takes commands; times that go back repeat the last command, those beyond 9e9 s count as 9e9 s.
@@ -53,25 +55,35 @@ class Pipeline {
   /// The followed plan at `now`.
   JointCommand command(Time now) const { return tracker_.update(now); }
 
-  const RobotModel& model() const { return *model_; }        ///< the arm; lives as long as this
-  const Target& target() const { return target_; }           ///< where the newest sample wants the controlled frame
-  Retargeter& retargeter() { return retargeter_; }           ///< to change scale and axes
-  Predictor& predictor() { return predictor_; }              ///< prediction of the target
-  const Predictor& predictor() const { return predictor_; }  ///< prediction of the target
-  Planner& planner() { return *planner_; }                   ///< to change weights; result of the last solve
-  const Planner& planner() const { return *planner_; }       ///< result of the last solve
+  const RobotModel& model() const { return *model_; }  ///< the arm; lives as long as this
+  // ---- of the hand that moves this tool
+  const Target& target(int tool = 0) const { return hands_[tool].target; }  ///< where the newest sample wants the tool
+  Retargeter& retargeter(int tool = 0) { return hands_[tool].retargeter; }  ///< to change scale and axes
+  Predictor& predictor(int tool = 0) { return hands_[tool].predictor; }     ///< prediction of the target
+  const Predictor& predictor(int tool = 0) const { return hands_[tool].predictor; }  ///< prediction of the target
+  Planner& planner() { return *planner_; }              ///< to change weights; result of the last solve
+  const Planner& planner() const { return *planner_; }  ///< result of the last solve
 
  private:
   Pipeline(std::unique_ptr<const RobotModel> model, const PipelineSettings& settings, std::unique_ptr<Planner> planner);
 
+  struct Hand {
+    Retargeter retargeter;
+    Predictor predictor;
+    Target target{};
+  };
+  Reference predict(Time now);
+  void hold_others(const JointCommand& at_start);
+  bool any_follows() const;
+  bool holds_one_thing() const;
+
   std::unique_ptr<const RobotModel> model_;  ///< must not move in memory: planner and kinematics point to it
   Time period_;
-  Retargeter retargeter_;
-  Predictor predictor_;
+  std::vector<Hand> hands_;  ///< of each tool
   std::unique_ptr<Planner> planner_;
   Tracker tracker_;
   Kinematics arm_;
-  Target target_;
+  Pose X_tool_tool_;  ///< second tool in the first, at the last engagement of any
   bool fed_ = false, planned_ = false;
   Time next_plan_{0}, newest_{Time::min()};
 };

@@ -1,5 +1,10 @@
 #include "steadyhand/planning/pipeline/profile.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
 namespace steadyhand {
 
 void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings& predictor, OcpSettings& ocp,
@@ -9,6 +14,15 @@ void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings
   ocp = profile.ocp;
   planner.solver = profile.solver;
   planner.tolerance = profile.tolerance;
+}
+
+Status suits(const Profile& profile, const RobotModel& robot) {
+  const auto ties = [](const auto& objective) { return objective->info().ties_tools; };
+  const auto tie = std::ranges::find_if(profile.ocp.objectives, ties);
+  const bool is_tied = tie != profile.ocp.objectives.end();
+  if (robot.tool_count() > 1 || (!is_tied && profile.priority.empty())) return Done{};
+  return Error{fmt::format("profile '{}' has a {}, which needs a robot with two tools; '{}' has one", profile.name,
+                           is_tied ? "weight of " + (*tie)->name() : "priority", robot.name)};
 }
 
 std::string planner_differences(const Profile& a, const Profile& b) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "steadyhand/planning/ocp/ocp.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
@@ -17,9 +18,14 @@ struct Profile {
   OcpSettings ocp;                                        ///< objectives with their weights, constraints, horizon
   Prediction prediction = Prediction::kConstantVelocity;  ///< prediction of the hand
   double tilt_max = M_PI;                                 ///< rad, see RetargetSettings
-  std::string solver = kDefaultSolver;                    ///< see solver_names()
-  double tolerance = 1e-6;                                ///< tolerance of the KKT conditions
+  /// Share of the file's weights of position and orientation that each tool has in `ocp`; empty: all.
+  std::vector<double> priority;
+  std::string solver = kDefaultSolver;  ///< see solver_names()
+  double tolerance = 1e-6;              ///< tolerance of the KKT conditions
 };
+
+/// Fails for what needs two tools, an objective with a weight or a priority, if the robot has one.
+Status suits(const Profile& profile, const RobotModel& robot);
 
 /// Writes the profile's values to the settings of the stages; other values do not change.
 void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings& predictor, OcpSettings& ocp,

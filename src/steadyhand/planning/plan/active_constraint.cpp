@@ -63,13 +63,16 @@ ActiveConstraint at_position_limit(const RobotModel& model, const JointVector& q
 
 }  // namespace
 
-ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstance& instance, const Reach& reach,
-                                   Kinematics& kinematics, const Obstacles& obstacles) {
+ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstance& instance,
+                                   std::span<const Reach> reaches, Kinematics& kinematics, const Obstacles& obstacles) {
   const Reference& reference = instance.reference;
   const RobotModel& model = kinematics.model();
   const int n = model.dof(), last = std::min(nodes, plan.intervals);
-  for (int k = 0; k < reference.nodes; ++k) {
-    if ((reference.tools[0].p[k] - reach.center).norm() > reach.radius - kGap) return {ConstraintKind::kReach, -1, -1};
+  for (std::size_t t = 0; t < reaches.size(); ++t) {
+    for (int k = 0; k < reference.nodes; ++k) {
+      if ((reference.tools[t].p[k] - reaches[t].center).norm() > reaches[t].radius - kGap)
+        return {ConstraintKind::kReach, -1, -1};
+    }
   }
   ActiveConstraint pair, position, velocity, acceleration;
   for (int k = 1; k <= last; ++k) {

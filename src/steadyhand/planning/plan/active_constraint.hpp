@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "steadyhand/core/arrows.hpp"
@@ -53,7 +54,9 @@ void describe(V& v, ActiveConstraint& c) {
 /// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, with the clearance of the
 /// instance that it solves, in the order reach (the instance's reference was clipped to it), self-collision, obstacle,
 /// position, velocity, acceleration limit. Allocates nothing.
-ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstance& instance, const Reach& reach,
-                                   Kinematics& kinematics, const Obstacles& obstacles = kNoObstacles);
+/// @param reaches of each tool
+ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstance& instance,
+                                   std::span<const Reach> reaches, Kinematics& kinematics,
+                                   const Obstacles& obstacles = kNoObstacles);
 
 }  // namespace steadyhand

@@ -49,10 +49,11 @@ LinkPairs least_radii(const RobotModel& model, const Obstacles& obstacles) {
   for (const Body& body : model.bodies) include_obstacles(body.link, body.shape.radius);
   for (const Obstacle& carried : obstacles.all())
     if (carried.carried) include_obstacles(model.tools[carried.tool].link, carried.shape.radius);
-  for_each_carried_pair(model, obstacles, [&](int body, int obstacle) {
-    const Obstacle& carried = obstacles.list[obstacle];
-    const auto [low, high] = std::minmax(model.bodies[body].link, model.tools[carried.tool].link);
-    include(low, high, model.bodies[body].shape.radius + carried.shape.radius);
+  for_each_carried_pair(model, obstacles, [&](int first, int obstacle) {
+    const Shape& shape = first < kMaxBodies ? model.bodies[first].shape : obstacles.list[first - kMaxBodies].shape;
+    const auto [low, high] =
+        std::minmax({link_of(model, obstacles, first), link_of(model, obstacles, solid_of(obstacle))});
+    include(low, high, shape.radius + obstacles.list[obstacle].shape.radius);
   });
   return least;
 }
@@ -122,10 +123,12 @@ LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, dou
     if (is_further(least, first.shape, kinematics.body(i), second.shape, kinematics.body(j))) continue;
     least = std::min(least, distance(first.shape, kinematics.body(i), second.shape, kinematics.body(j)));
   }
-  for_each_carried_pair(model, obstacles.obstacles(), [&](int body, int obstacle) {
-    const Obstacle& carried = obstacles.obstacles().list[obstacle];
-    const auto [low, high] = std::minmax(model.bodies[body].link, model.tools[carried.tool].link);
-    if (wanted(low, high)) smallest(low, high) = std::min(smallest(low, high), carried_gap(kinematics, body, carried));
+  const Obstacles& all = obstacles.obstacles();
+  for_each_carried_pair(model, all, [&](int first, int obstacle) {
+    const int second = solid_of(obstacle);
+    const auto [low, high] = std::minmax({link_of(model, all, first), link_of(model, all, second)});
+    if (wanted(low, high))
+      smallest(low, high) = std::min(smallest(low, high), solid_gap(kinematics, all, first, second));
   });
   return smallest;
 }

@@ -25,18 +25,21 @@ Solids moved(const Kinematics& arm, const Obstacles& obstacles, int body, int ob
   return {Shape::sphere(part.shape.radius), at_corner(part.shape, part.at, corner)};
 }
 
-/// The other solid, t (s) after the motion's beginning: an obstacle, or a body of the arm that carries the object.
+/// The other solid, t (s) after the motion's beginning: an obstacle, or a solid that moves with the arm.
 Solids against(const Kinematics& arm, const ObstacleSweep& sweep, int body, int obstacle, double t) {
-  if (sweep.obstacles().list[obstacle].carried) return {arm.model().bodies[body].shape, arm.body(body)};
+  if (sweep.obstacles().list[obstacle].carried) {
+    const Solid part = solid(arm, sweep.obstacles(), body);
+    return {part.shape, part.at};
+  }
   return {sweep.shape(obstacle), sweep.placed(obstacle, t)};
 }
 
 /// Whether one of these joints changes the distance of the second solid to the first.
-bool can_part(const Kinematics& arm, EntryRange joints, const Solids& first, const Solids& second) {
+bool can_part(const Kinematics& arm, JointSet joints, const Solids& first, const Solids& second) {
   constexpr double kStill = 1e-6;  // m/rad (m/m)
   const ProximityOf<double> near = proximity(first.first, first.second, second.first, second.second);
-  for (int k = joints.first; k < joints.last; ++k) {
-    if (std::abs(near.gradient.dot(arm.dpoint(k, near.point))) > kStill) return true;
+  for (int k = 0; k < arm.dof(); ++k) {
+    if (joints[k] && std::abs(near.gradient.dot(arm.dpoint(k, near.point))) > kStill) return true;
   }
   return false;
 }
@@ -55,12 +58,11 @@ ObstacleRows::ObstacleRows(const Ocp& ocp)
 void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const RobotModel& model = ocp_.model();
-  const bool of_arm = body < kMaxBodies, carried = sweep.obstacles().list[obstacle].carried;
-  const Shape& moves = carried  ? sweep.shape(obstacle)
-                       : of_arm ? model.bodies[body].shape
-                                : sweep.shape(body - kMaxBodies);
+  const Shape& part = body < kMaxBodies ? model.bodies[body].shape : sweep.shape(body - kMaxBodies);
+  const bool carried = sweep.obstacles().list[obstacle].carried;
+  const Shape& moves = carried ? sweep.shape(obstacle) : part;
   const int corners = moves.corners();
-  const ShapeKind other = carried ? model.bodies[body].shape.kind : sweep.shape(obstacle).kind;
+  const ShapeKind other = carried ? part.kind : sweep.shape(obstacle).kind;
   const bool box_on_box = moves.kind == ShapeKind::kBox && other == ShapeKind::kBox;
   if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kInfinity, !box_on_box});
   if (other != ShapeKind::kHalfSpace && other != ShapeKind::kBox) return;
@@ -144,16 +146,15 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, Kinematics& sc
     if (near.body < 0) continue;
     near.corner = by_row_[i].corner;
     near.obstacle = sweep.at_start(by_row_[i].obstacle);
-    const bool of_arm = near.body < kMaxBodies;
-    if (!of_arm) near.carried = obstacles.list[near.body - kMaxBodies];
+    if (near.body >= kMaxBodies) near.carried = obstacles.list[near.body - kMaxBodies];
     // If the arm is inside an obstacle, it may leave it but enter it no further.
     const Solids first = against(scratch, sweep, near.body, by_row_[i].obstacle, 0.0);
     const Solids second = moved(scratch, obstacles, near.body, by_row_[i].obstacle, near.corner);
     const double value = proximity_value(first.first, first.second, second.first, second.second);
     near.depth = value < 0.0 ? instance.clearance - value : 0.0;
     // A shoulder that turns over a table is as near to it as it is.
-    const int n = ocp_.dof(), link = of_arm ? ocp_.model().bodies[near.body].link : n;
-    const EntryRange joints = near.obstacle.carried ? EntryRange{link, n} : EntryRange{0, link};
+    const JointSet joints =
+        ocp_.constraints()[constraint_]->joints(static_cast<int>(i), ocp_.dof(), instance.near) & ~instance.given;
     if (value < instance.clearance && !can_part(scratch, joints, first, second)) near.body = -1;
   }
 }

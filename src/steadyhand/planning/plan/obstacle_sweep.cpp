@@ -49,8 +49,7 @@ void ObstacleSweep::find(double duration, double margin, const LinkLengths& stra
   fastest_.setZero();
   for_each_solid(*model_, *obstacles_, [&](int i) {
     near_[i] = 0;
-    const int link =
-        i < kMaxBodies ? model_->bodies[i].link : model_->tools[obstacles_->list[i - kMaxBodies].tool].link;
+    const int link = link_of(*model_, *obstacles_, i);
     if (link == 0) return;  // the arm cannot avoid obstacles that come near its base
     for (int o = 0; o < obstacles_->count; ++o) {
       const Obstacle& obstacle = obstacles_->list[o];

@@ -445,8 +445,8 @@ void Planner::make_plan(const Reference& reference, int intervals) {
 }
 
 /// After the first intervals all joints brake. kEven: all in the time that the slowest to stop needs, except joints
-/// that would pass a position limit and brake sooner, and given ones, which continue to brake as they began. kHard: each
-/// brakes as hard as it can.
+/// that would pass a position limit and brake sooner, and given ones, which continue to brake as they began. kHard:
+/// each brakes as hard as it can.
 void Planner::make_stop(int intervals, Braking braking) {
   const int n = ocp_.dof();
   const double dt = ocp_.dt();

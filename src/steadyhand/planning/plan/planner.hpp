@@ -87,6 +87,8 @@ class Planner {
   /// m: the highest wave that the liquids' models foresee along plan() and after it; 0 without a liquid.
   double highest_wave() const { return highest_wave_; }
 
+  /// Pose of the second tool in the first for an objective that ties them.
+  void set_held(const Pose& X_tool_tool) { instance_.held = {X_tool_tool.p, X_tool_tool.q.toRotationMatrix()}; }
   /// us for the next solves; 0: as long as they take
   void set_time_budget(double us) { settings_.budget.time_us = us; }
 

@@ -83,6 +83,8 @@ class Predictor {
   /// Adds the next target. Drops a target that is not finite, or not newer than the last, unless it is older by more
   /// than max_gap (the clock was set back). A disengaged target clears the motion.
   void update(const Target& target);
+  /// Has no target again.
+  void forget() { count_ = 0; }
   /// Predicted target at time t; not clipped. Before any target: the identity.
   Pose at(Time t) const;
   /// Uncertainty of at(t).p; not known for constant velocities and before any target.

@@ -30,6 +30,7 @@ Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_
   target.stamp = sample.stamp;
   target.look_ahead = sample.look_ahead;
   target.leader = sample.leader;
+  target.tool = sample.tool;
   target.engaged = follows(sample);
   if (std::exchange(leader_, sample.leader) != sample.leader) engaged_ = false;
   if (target.engaged != engaged_ || !latched_) {

@@ -127,7 +127,8 @@ class Multipliers {
 };
 
 /// Distance of a trajectory with multipliers from a KKT point of the problem: the largest of
-/// - the gradient of the Lagrangian by every u_k that is not given, states eliminated through the dynamics (the costates
+/// - the gradient of the Lagrangian by every u_k that is not given, states eliminated through the dynamics (the
+/// costates
 ///   are exact),
 /// - the violation of rows and dynamics,
 /// - |multiplier * slack| of every row; of one with a price and outside its bounds (price - |multiplier|) * excess,

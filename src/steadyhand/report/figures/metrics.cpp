@@ -14,22 +14,22 @@ double percentile(std::vector<double> values, double percent) {
   return values[index];
 }
 
-double lateral_acceleration(const PlanStep& step) { return step.local_acceleration.head<2>().norm(); }
+double lateral_acceleration(const ToolStep& tool) { return tool.local_acceleration.head<2>().norm(); }
 
-double position_error(const PlanStep& step) { return (step.X_base_planned.p - step.X_base_target.p).norm(); }
+double position_error(const ToolStep& tool) { return (tool.X_base_planned.p - tool.X_base_target.p).norm(); }
 
-double mean_position_error(std::span<const PlanStep> steps) {
+double mean_position_error(std::span<const PlanStep> steps, int tool) {
   double sum = 0.0;
   int engaged = 0;
   for (const PlanStep& step : steps) {
-    if (!step.engaged) continue;
-    sum += position_error(step);
+    if (!step.tools[tool].engaged) continue;
+    sum += position_error(step.tools[tool]);
     ++engaged;
   }
   return sum / engaged;
 }
 
-double orientation_error(const PlanStep& step) { return step.X_base_planned.q.angularDistance(step.X_base_target.q); }
+double orientation_error(const ToolStep& tool) { return tool.X_base_planned.q.angularDistance(tool.X_base_target.q); }
 
 double roll_angle(const Quaternion& q) {
   return std::atan2(2 * (q.w() * q.x() + q.y() * q.z()), 1 - 2 * (q.x() * q.x() + q.y() * q.y()));
@@ -47,27 +47,18 @@ double largest_ratio(const JointVector& values, const JointVector& limits) {
   return (values.array().abs() / limits.array()).maxCoeff();
 }
 
-Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> commands, const JointLimits& limits) {
-  Metrics m;
-  m.steps = static_cast<int>(steps.size());
-  m.vertical_min = m.smallest_distance = m.object_distance = std::numeric_limits<double>::infinity();
+namespace {
 
-  std::vector<double> lateral, solve;
+ToolMetrics evaluate(std::span<const PlanStep> steps, int tool) {
+  ToolMetrics m;
+  m.vertical_min = std::numeric_limits<double>::infinity();
+  std::vector<double> lateral;
   int engaged = 0;
-  for (const PlanStep& step : steps) {
+  for (const PlanStep& all : steps) {
+    const ToolStep& step = all.tools[tool];
     lateral.push_back(lateral_acceleration(step));
-    solve.push_back(step.solve_time_us);
-    m.lateral_mean += lateral.back() / m.steps;
-    m.solve_mean += solve.back() / m.steps;
-    m.iterations_mean += static_cast<double>(step.iterations) / m.steps;
-    m.iterations_max = std::max(m.iterations_max, step.iterations);
-    m.failures += step.status != PlanOrigin::kSolved;
+    m.lateral_mean += lateral.back() / static_cast<int>(steps.size());
     m.vertical_min = std::min(m.vertical_min, step.local_acceleration.z());
-    m.smallest_distance = std::min(m.smallest_distance, step.smallest_sphere_distance_m);
-    for (const auto& [name, distance] : step.object_distances)
-      m.object_distance = std::min(m.object_distance, distance);
-    m.speed_ratio_max = std::max(m.speed_ratio_max, largest_ratio(step.dq, limits.velocity_max));
-    m.acceleration_ratio_max = std::max(m.acceleration_ratio_max, largest_ratio(step.ddq, limits.acceleration_max));
     if (!step.engaged) continue;
     ++engaged;
     const double position = position_error(step), orientation = orientation_error(step);
@@ -76,11 +67,38 @@ Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> 
     m.position_max = std::max(m.position_max, position);
     m.orientation_max = std::max(m.orientation_max, orientation);
   }
-  m.position_mean = engaged > 0 ? mean_position_error(steps) : 0.0;
+  m.position_mean = engaged > 0 ? mean_position_error(steps, tool) : 0.0;
   m.position_rms = std::sqrt(m.position_rms / std::max(engaged, 1));
   m.orientation_rms = std::sqrt(m.orientation_rms / std::max(engaged, 1));
   m.lateral_p99 = percentile(lateral, 99);
   m.lateral_max = percentile(lateral, 100);
+  return m;
+}
+
+}  // namespace
+
+Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> commands, const JointLimits& limits) {
+  Metrics m;
+  m.steps = static_cast<int>(steps.size());
+  m.tool_count = steps.front().tool_count;
+  for (int t = 0; t < m.tool_count; ++t) m.tools[t] = evaluate(steps, t);
+  m.smallest_distance = m.distance_between_arms = m.object_distance = std::numeric_limits<double>::infinity();
+
+  std::vector<double> solve;
+  for (const PlanStep& step : steps) {
+    solve.push_back(step.solve_time_us);
+    m.solve_mean += solve.back() / m.steps;
+    m.iterations_mean += static_cast<double>(step.iterations) / m.steps;
+    m.iterations_max = std::max(m.iterations_max, step.iterations);
+    m.failures += step.status != PlanOrigin::kSolved;
+    m.smallest_distance = std::min(m.smallest_distance, step.smallest_sphere_distance_m);
+    m.distance_between_arms = std::min(m.distance_between_arms, step.distance_between_arms_m);
+    for (const auto& [name, distance] : step.object_distances)
+      m.object_distance = std::min(m.object_distance, distance);
+    m.speed_ratio_max = std::max(m.speed_ratio_max, largest_ratio(step.dq, limits.velocity_max));
+    m.acceleration_ratio_max = std::max(m.acceleration_ratio_max, largest_ratio(step.ddq, limits.acceleration_max));
+  }
+  if (std::isinf(m.distance_between_arms)) m.distance_between_arms = std::numeric_limits<double>::quiet_NaN();
   m.solve_p50 = percentile(solve, 50);
   m.solve_p99 = percentile(solve, 99);
   m.solve_p999 = percentile(solve, 99.9);
@@ -93,7 +111,7 @@ Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> 
   return m;
 }
 
-void count_felt(std::span<const Felt> felt, Metrics& metrics) {
+void count_felt(std::span<const Felt> felt, ToolMetrics& metrics) {
   double sum = 0.0;
   int count = 0;
   std::vector<double> largest;

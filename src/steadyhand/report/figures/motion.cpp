@@ -27,9 +27,11 @@ class Columns {
  public:
   template <typename... Names>
   explicit Columns(Names... names) : names_{names...}, lists_(sizeof...(names)) {}
-  void begin_row(double t) {
+  void begin_row(double t) { add_row(t, 4); }
+  /// Begins a row with any value.
+  void add_row(double value, int decimals) {
     column_ = 0;
-    add(t, 4);
+    add(value, decimals);
   }
   /// Writes null for values that are not finite.
   void add(double value, int decimals) {
@@ -92,18 +94,18 @@ std::string events_of(const SessionFile& session) {
 }
 
 /// Lateral specific force on the liquid while engaged, counted as in the report; null: not measured.
-std::string slosh_of(const SessionFile& session) {
+std::string slosh_of(const SessionFile& session, int tool) {
   std::vector<Felt> felt;
-  for (const auto& each : felt_while_led(session)) felt.push_back({each.sum, each.largest, each.count});
+  for (const auto& each : felt_while_led(session, tool)) felt.push_back({each.sum, each.largest, each.count});
   if (felt.empty()) return "null";
-  Metrics metrics;
+  ToolMetrics metrics;
   count_felt(felt, metrics);
   return dump({{"mean", metrics.lateral_mean}, {"largest", metrics.lateral_max}});
 }
 
 /// mm, mean tracking error over all engaged steps, as the report has it for each setting; null: never engaged.
-std::string off_target_of(const SessionFile& session) {
-  const double mean = mean_position_error(session.steps);
+std::string off_target_of(const SessionFile& session, int tool) {
+  const double mean = mean_position_error(session.steps, tool);
   return std::isnan(mean) ? "null" : dump(1e3 * mean);
 }
 
@@ -119,33 +121,42 @@ std::vector<std::span<const Entry>> grouped(const std::vector<Entry>& entries, s
 }
 
 std::string arm_of(const SessionFile& session, std::size_t most_rows) {
-  Columns arm("t_s", "q", "gripper");
+  Columns arm("t_s", "q");
   for (const auto states : grouped(session.states, most_rows)) {
     const JointState& state = states.front();
     if (!state.q.allFinite()) continue;  // JSON has no NaN
     arm.begin_row(to_seconds(state.stamp.made));
     arm.add_list(state.q, 5);
-    arm.add(state.gripper.value_or(std::nan("")), 2);
   }
   return arm.json();
 }
 
-std::string target_of(const SessionFile& session, double period, std::size_t most_rows) {
+/// At the times of arm_of().
+std::string gripper_of(const SessionFile& session, int tool, std::size_t most_rows) {
+  Columns gripper("gripper");
+  for (const auto states : grouped(session.states, most_rows)) {
+    if (states.front().q.allFinite()) gripper.add_row(states.front().gripper[tool].value_or(std::nan("")), 2);
+  }
+  return gripper.json();
+}
+
+std::string target_of(const SessionFile& session, int tool, double period, std::size_t most_rows) {
   std::vector<const PlanStep*> steps;
   for (const PlanStep& step : session.steps) {
-    const Pose& target = step.X_base_target;
+    const Pose& target = step.tools[tool].X_base_target;
     if (!steps.empty() && step.t_s - steps.back()->t_s < period - 1e-9) continue;
     if (target.p.allFinite() && target.q.coeffs().allFinite()) steps.push_back(&step);
   }
   Columns hand("t_s", "p", "q", "engaged", "lateral", "error_mm");
   for (const auto group : grouped(steps, most_rows)) {
-    const PlanStep& step = *group.front();
+    const ToolStep& step = group.front()->tools[tool];
     double lateral = std::nan(""), error = std::nan("");
-    for (const PlanStep* each : group) {
-      lateral = std::fmax(lateral, lateral_acceleration(*each));
-      if (each->engaged) error = std::fmax(error, 1e3 * position_error(*each));
+    for (const PlanStep* all : group) {
+      const ToolStep& each = all->tools[tool];
+      lateral = std::fmax(lateral, lateral_acceleration(each));
+      if (each.engaged) error = std::fmax(error, 1e3 * position_error(each));
     }
-    hand.begin_row(step.t_s);
+    hand.begin_row(group.front()->t_s);
     hand.add_list(step.X_base_target.p, 4);
     hand.add_list(step.X_base_target.q.coeffs(), 4);
     hand.add(step.engaged ? 1.0 : 0.0, 0);
@@ -155,9 +166,9 @@ std::string target_of(const SessionFile& session, double period, std::size_t mos
   return hand.json();
 }
 
-std::string felt_of(const SessionFile& session, std::size_t most_rows) {
+std::string felt_of(const SessionFile::Liquid& liquid, std::size_t most_rows) {
   Columns felt("t_s", "mean", "largest", "count");
-  for (const auto group : grouped(session.felt, most_rows)) {
+  for (const auto group : grouped(liquid.felt, most_rows)) {
     SessionFile::Felt all = group.front();
     for (const SessionFile::Felt& each : group.subspan(1)) {
       all.sum += each.sum;
@@ -172,15 +183,15 @@ std::string felt_of(const SessionFile& session, std::size_t most_rows) {
   return felt.json();
 }
 
-std::string liquid_of(const SessionFile& session, std::size_t most_rows) {
+std::string liquid_of(const SessionFile::Liquid& of, std::size_t most_rows) {
   Columns liquid("t_s", "tilt", "freeboard_mm", "spilled", "spilled_share");
-  auto wave = session.waves.begin();
-  const auto groups = grouped(session.liquid, most_rows);
+  auto wave = of.waves.begin();
+  const auto groups = grouped(of.states, most_rows);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     const auto& [at, state] = groups[i].front();
     double freeboard = state.freeboard, share = state.spilled_share;
     for (const auto& [t, each] : groups[i]) share = std::max(share, each.spilled_share);
-    for (; wave != session.waves.end() && (i + 1 == groups.size() || wave->at < groups[i + 1].front().first); ++wave) {
+    for (; wave != of.waves.end() && (i + 1 == groups.size() || wave->at < groups[i + 1].front().first); ++wave) {
       freeboard = std::fmin(freeboard, wave->freeboard);
     }
     if (!std::isfinite(state.tilt_x) || !std::isfinite(state.tilt_y)) continue;
@@ -193,15 +204,27 @@ std::string liquid_of(const SessionFile& session, std::size_t most_rows) {
   return liquid.json();
 }
 
+/// Members of one tool.
+std::string tool_of(const SessionFile& session, int tool, double period, std::size_t most_rows) {
+  const SessionFile::Liquid& liquid = session.liquids[tool];
+  return fmt::format("{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"off_target_mm\":{},\"liquid\":{{{}}}",
+                     gripper_of(session, tool, most_rows), target_of(session, tool, period, most_rows),
+                     felt_of(liquid, most_rows), slosh_of(session, tool), off_target_of(session, tool),
+                     liquid_of(liquid, most_rows));
+}
+
 }  // namespace
 
 std::string motion_json(const SessionFile& session, double period, std::size_t most_rows) {
-  return fmt::format(
-      "{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"off_target_mm\":{},\"liquid\":{{{}}},"
-      "\"settings\":{},\"events\":{}}}",
-      dump(session.name), arm_of(session, most_rows), target_of(session, period, most_rows),
-      felt_of(session, most_rows), slosh_of(session), off_target_of(session), liquid_of(session, most_rows),
-      settings_of(session), events_of(session));
+  std::string others;
+  for (int t = 1; t < session.names.tool_count(); ++t) {
+    others += fmt::format("{}{{\"name\":{},{}}}", t > 1 ? "," : "", dump(session.names.tools[t]),
+                          tool_of(session, t, period, most_rows));
+  }
+  if (!others.empty()) others = fmt::format("\"tool\":{},\"other_tools\":[{}],", dump(session.names.tools[0]), others);
+  return fmt::format("{{\"name\":{},{},{},{}\"settings\":{},\"events\":{}}}", dump(session.name),
+                     arm_of(session, most_rows), tool_of(session, 0, period, most_rows), others, settings_of(session),
+                     events_of(session));
 }
 
 }  // namespace steadyhand

@@ -45,13 +45,14 @@ void write_curve(JsonWriter& json, std::size_t count, std::size_t per_point, Kee
 constexpr double kJump = 90.0;  ///< degrees; a larger step of an angle between two plans is not a motion
 
 /// An angle in degrees, -180 to 180. NaN breaks the curve where the angle wraps around, or where roll and yaw flip at a
-/// pitch of 90 degrees. `pose` is a member of PlanStep. (Counting full turns instead would separate plan and target for
+/// pitch of 90 degrees. `pose` is a member of ToolStep. (Counting full turns instead would separate plan and target for
 /// good if they pass a pitch of 90 degrees on different sides, since roll flips by half a turn there.)
-std::vector<double> broken(const std::vector<PlanStep>& steps, Pose PlanStep::*pose, double (*of)(const Quaternion&)) {
+std::vector<double> broken(const std::vector<PlanStep>& steps, int tool, Pose ToolStep::*pose,
+                           double (*of)(const Quaternion&)) {
   std::vector<double> angles;
   double last = 0;
   for (const PlanStep& step : steps) {
-    const double angle = kDegrees * of((step.*pose).q);
+    const double angle = kDegrees * of((step.tools[tool].*pose).q);
     const bool jumps = !angles.empty() && std::abs(angle - last) > kJump;
     angles.push_back(jumps ? std::numeric_limits<double>::quiet_NaN() : angle);
     last = angle;
@@ -60,53 +61,96 @@ std::vector<double> broken(const std::vector<PlanStep>& steps, Pose PlanStep::*p
 }
 
 /// Position, m, and orientation, degrees, of the glass, by axis.
-void write_pose(JsonWriter& json, const std::vector<PlanStep>& steps, Pose PlanStep::*pose, std::size_t per_point) {
+void write_pose(JsonWriter& json, const std::vector<PlanStep>& steps, int tool, Pose ToolStep::*pose,
+                std::size_t per_point) {
   for (const auto& [name, axis] : {std::pair("x", 0), {"y", 1}, {"z", 2}}) {
     json.key(name);
-    write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return (steps[i].*pose).p[axis]; });
+    write_curve(json, steps.size(), per_point, Keep::kFirst,
+                [&](std::size_t i) { return (steps[i].tools[tool].*pose).p[axis]; });
   }
   for (const auto& [name, of] : {std::pair("roll", &roll_angle), {"pitch", &pitch_angle}, {"yaw", &yaw_angle}}) {
-    const std::vector<double> angles = broken(steps, pose, of);
+    const std::vector<double> angles = broken(steps, tool, pose, of);
     json.key(name);
     write_curve(json, steps.size(), per_point, Keep::kBroken, [&](std::size_t i) { return angles[i]; });
   }
 }
 
-bool same_targets(const ProfileResult& a, const ProfileResult& b) {
+bool same_targets(const ProfileResult& a, const ProfileResult& b, int tool) {
   return std::equal(a.steps.begin(), a.steps.end(), b.steps.begin(), b.steps.end(),
-                    [](const PlanStep& x, const PlanStep& y) {
-                      return x.t_s == y.t_s && x.X_base_target.p.isApprox(y.X_base_target.p, 1e-9) &&
-                             x.X_base_target.q.angularDistance(y.X_base_target.q) < 1e-6;
+                    [tool](const PlanStep& x, const PlanStep& y) {
+                      const Pose &here = x.tools[tool].X_base_target, &there = y.tools[tool].X_base_target;
+                      return x.t_s == y.t_s && here.p.isApprox(there.p, 1e-9) && here.q.angularDistance(there.q) < 1e-6;
                     });
 }
 
-void write_target(JsonWriter& json, const ProfileResult& profile, const std::string& label, std::size_t per_point) {
+void write_target(JsonWriter& json, const ProfileResult& profile, int tool, const std::string& label,
+                  std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
   json.begin_object();
   json.member("label", label);
   json.key("t");
   write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
-  write_pose(json, steps, &PlanStep::X_base_target, per_point);
+  write_pose(json, steps, tool, &ToolStep::X_base_target, per_point);
   json.end_object();
 }
 
-void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per_point) {
+/// The figures on a profile's card next to its curves, in the units of Metrics.
+void write_metrics(JsonWriter& json, const Metrics& metrics, int t) {
+  const ToolMetrics& m = metrics.tools[t];
+  json.key("metrics");
+  json.begin_object();
+  json.member("spills", m.spills);
+  json.member("spilled_share", m.spilled_share);
+  json.member("spills_per_minute", m.spills_per_minute);
+  json.member("lateral_mean", m.lateral_mean);
+  json.member("lateral_max", m.lateral_max);
+  json.member("position_mean", m.position_mean);
+  json.member("position_rms", m.position_rms);
+  if (t == 0) json.member("solve_mean", metrics.solve_mean);
+  json.end_object();
+}
+
+/// The curves of one tool.
+void write_tool(JsonWriter& json, const std::vector<PlanStep>& steps, int t, std::size_t per_point) {
+  const auto curve = [&](std::string_view name, Keep keep, auto&& value) {
+    json.key(name);
+    write_curve(json, steps.size(), per_point, keep, [&](std::size_t i) { return value(steps[i].tools[t]); });
+  };
+  write_pose(json, steps, t, &ToolStep::X_base_planned, per_point);
+  curve("lateral", Keep::kLargest, lateral_acceleration);
+  curve("vertical", Keep::kSmallest, [](const ToolStep& tool) { return tool.local_acceleration.z(); });
+  // Without engagement there is no tracking error; the figures exclude these steps too.
+  const auto led = [](const ToolStep& tool, double value) {
+    return tool.engaged ? value : std::numeric_limits<double>::quiet_NaN();
+  };
+  curve("position_error", Keep::kLargest, [&](const ToolStep& tool) { return led(tool, 1e3 * position_error(tool)); });
+  curve("orientation_error", Keep::kLargest,
+        [&](const ToolStep& tool) { return led(tool, kDegrees * orientation_error(tool)); });
+}
+
+/// Members of the first tool in place; those of others, with its metrics, in `other_tools`.
+void write_steps(JsonWriter& json, const ProfileResult& profile, const Metrics& metrics, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
   const auto curve = [&](std::string_view name, Keep keep, auto&& value) {
     json.key(name);
     write_curve(json, steps.size(), per_point, keep, value);
   };
   curve("t", Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
-  write_pose(json, steps, &PlanStep::X_base_planned, per_point);
-  curve("lateral", Keep::kLargest, [&](std::size_t i) { return lateral_acceleration(steps[i]); });
-  curve("vertical", Keep::kSmallest, [&](std::size_t i) { return steps[i].local_acceleration.z(); });
-  // Without engagement there is no tracking error; the figures exclude these steps too.
-  const auto led = [&](std::size_t i, double value) {
-    return steps[i].engaged ? value : std::numeric_limits<double>::quiet_NaN();
-  };
-  curve("position_error", Keep::kLargest, [&](std::size_t i) { return led(i, 1e3 * position_error(steps[i])); });
-  curve("orientation_error", Keep::kLargest,
-        [&](std::size_t i) { return led(i, kDegrees * orientation_error(steps[i])); });
+  write_tool(json, steps, 0, per_point);
+  if (metrics.tool_count > 1) {
+    json.key("other_tools");
+    json.begin_array();
+    for (int t = 1; t < metrics.tool_count; ++t) {
+      json.begin_object();
+      json.member("name", profile.names.tools[t]);
+      write_metrics(json, metrics, t);
+      write_tool(json, steps, t, per_point);
+      json.end_object();
+    }
+    json.end_array();
+    curve("distance_between_arms", Keep::kSmallest,
+          [&](std::size_t i) { return 1e3 * steps[i].distance_between_arms_m; });
+  }
   curve("solve_time", Keep::kLargest, [&](std::size_t i) { return 1e-3 * steps[i].solve_time_us; });
   curve("iterations", Keep::kLargest, [&](std::size_t i) { return steps[i].iterations; });
   curve("distance", Keep::kSmallest, [&](std::size_t i) { return 1e3 * steps[i].smallest_sphere_distance_m; });
@@ -209,21 +253,6 @@ void write_weights(JsonWriter& json, const Weights& weights) {
   json.end_array();
 }
 
-/// The figures on a profile's card next to its curves, in the units of Metrics.
-void write_metrics(JsonWriter& json, const Metrics& m) {
-  json.key("metrics");
-  json.begin_object();
-  json.member("spills", m.spills);
-  json.member("spilled_share", m.spilled_share);
-  json.member("spills_per_minute", m.spills_per_minute);
-  json.member("lateral_mean", m.lateral_mean);
-  json.member("lateral_max", m.lateral_max);
-  json.member("position_mean", m.position_mean);
-  json.member("position_rms", m.position_rms);
-  json.member("solve_mean", m.solve_mean);
-  json.end_object();
-}
-
 /// Index of the best profile in this row; -1 if the row is not ranked, there is only one profile, or the values as
 /// shown are equal. Profiles with few steps are excluded.
 int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
@@ -243,10 +272,10 @@ int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
 }
 
 /// The comparison: a row for each metric that is known, with a text for each profile.
-void write_figures(JsonWriter& json, const std::vector<Metrics>& metrics) {
+void write_figures(JsonWriter& json, const std::vector<std::string>& tools, const std::vector<Metrics>& metrics) {
   json.key("figures");
   json.begin_array();
-  for (const MetricRow& row : metric_rows()) {
+  for (const MetricRow& row : metric_rows(tools)) {
     if (!is_known(row, metrics)) continue;
     json.begin_object();
     json.member("group", row.group);
@@ -317,14 +346,19 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
   json.member("scales", input.scales.empty() ? fmt::format("{:g}", input.scale) : input.scales);
   json.member("steps_per_point", thinning.steps_per_point);
   json.member("commands_per_point", thinning.commands_per_point * input.profiles.front().commands_merged);
-  write_figures(json, metrics);
+  const std::vector<std::string>& tools = input.profiles.front().names.tools;
+  if (tools.size() > 1) json.member("tools", tools);
+  write_figures(json, tools, metrics);
   json.key("targets");
   json.begin_array();
-  write_target(json, input.profiles.front(), "target", thinning.steps_per_point);
-  // A new engagement starts at the arm's pose, so from then on the profiles may have different targets.
-  for (std::size_t i = 1; i < input.profiles.size(); ++i) {
-    if (same_targets(input.profiles.front(), input.profiles[i])) continue;
-    write_target(json, input.profiles[i], "target of " + input.profiles[i].label, thinning.steps_per_point);
+  for (int t = 0; t < metrics.front().tool_count; ++t) {
+    const std::string target = metrics.front().tool_count > 1 ? "target, " + tools[t] : "target";
+    write_target(json, input.profiles.front(), t, target, thinning.steps_per_point);
+    // A new engagement starts at the arm's pose, so from then on the profiles may have different targets.
+    for (std::size_t i = 1; i < input.profiles.size(); ++i) {
+      if (same_targets(input.profiles.front(), input.profiles[i], t)) continue;
+      write_target(json, input.profiles[i], t, target + " of " + input.profiles[i].label, thinning.steps_per_point);
+    }
   }
   json.end_array();
   json.key("profiles");
@@ -336,8 +370,8 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
     json.member("label", profile.label);
     write_weights(json, profile.weights);
     json.member("led_s", profile.led_s);
-    write_metrics(json, metrics[i]);
-    write_steps(json, profile, thinning.steps_per_point);
+    write_metrics(json, metrics[i], 0);
+    write_steps(json, profile, metrics[i], thinning.steps_per_point);
     write_tail(json, profile.steps);
     write_speeds(json, profile, thinning);
     json.end_object();

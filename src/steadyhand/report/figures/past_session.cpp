@@ -48,6 +48,11 @@ class PastGate {
   bool good_ = false;
 };
 
+/// One for each hand, by the tool that it moves.
+std::vector<PastGate> gates_of_hands(const HandGateSettings& settings) {
+  return std::vector<PastGate>(kMaxTools, PastGate(settings));
+}
+
 /// Times in the file are of the program's clock; people count from the arm's first posture, as a replay does.
 double begin_of(const SessionFile& session) {
   const auto first = std::ranges::find_if(session.states, [](const JointState& state) { return state.q.allFinite(); });
@@ -74,10 +79,11 @@ void count_from_begin(ReportInput& report) {
 }  // namespace
 
 std::size_t pass_gate(Recording& recording, const HandGateSettings& settings) {
-  PastGate gate(settings);
+  std::vector<PastGate> gates = gates_of_hands(settings);
   std::size_t bad = 0;
   std::vector<OperatorSample> passed;
   for (OperatorSample sample : recording.samples) {
+    PastGate& gate = gates.at(static_cast<std::size_t>(sample.tool));
     if (gate.pass(sample)) passed.push_back(sample);
     bad += !gate.good();
   }
@@ -93,23 +99,26 @@ Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingO
   }
   Recording recording;
   recording.name = session.name;
-  PastGate gate(settings);
-  Time begin{0}, last{0};
+  std::vector<PastGate> gates = gates_of_hands(settings);
+  PerTool<Time> last;
+  last.fill(Time::min());
+  Time begin{0};
   bool first_sample = true;
   for (OperatorSample sample : session.samples) {
     const Time now = sample.stamp.made;
-    if (std::exchange(first_sample, false)) begin = last = now;
-    const bool dropped = !gate.pass(sample);
+    if (std::exchange(first_sample, false)) begin = now;
+    const bool dropped = !gates.at(static_cast<std::size_t>(sample.tool)).pass(sample);
     const double t = to_seconds(now - begin);
     if (dropped || t < range.from || t > range.until) continue;
-    if (!recording.samples.empty() && sample.stamp.hand <= last) continue;
-    last = sample.stamp.hand;
+    if (sample.stamp.hand <= last[sample.tool]) continue;
+    last[sample.tool] = sample.stamp.hand;
     recording.samples.push_back(sample);
   }
   if (recording.samples.size() < 2) {
     return Error{fmt::format("{}: {} of the hand's {} samples can be replayed; at least 2 must", session.name,
                              recording.samples.size(), session.samples.size())};
   }
+  std::ranges::stable_sort(recording.samples, {}, [](const OperatorSample& sample) { return sample.stamp.hand; });
   const Time first = recording.samples.front().stamp.hand;
   std::vector<SettingsChange> changes = session.settings;
   for (SettingsChange& change : changes) change.at -= first;

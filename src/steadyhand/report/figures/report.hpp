@@ -22,10 +22,13 @@ struct ProfileResult {
   std::vector<JointCommand> commands;  ///< sent by the tracker; may be empty
   int commands_merged = 1;             ///< commands that each entry merges, by the largest |dq| and |ddq|
   // ---- of a live session, while engaged
-  std::vector<Felt> felt{};  ///< measured lateral specific force; empty: not recorded
-  double led_s = 0;
-  int spills = -1;           ///< how often the liquid went over the rim; -1: not known
-  double spilled_share = 0;  ///< share of the liquid, largest of all spills
+  double led_s = 0;  ///< with any hand
+  struct Liquid {
+    std::vector<Felt> felt{};  ///< measured lateral specific force; empty: not recorded
+    int spills = -1;           ///< how often the liquid went over the rim; -1: not known
+    double spilled_share = 0;  ///< share of the liquid, largest of all spills
+  };
+  PerTool<Liquid> liquids{};  ///< of each tool
 };
 
 /// Events of a live session in addition to its plans; empty for a replay.
@@ -48,9 +51,10 @@ struct SessionStory {
     std::string cause;   ///< in words
     std::optional<double> full_again_s{};  ///< absent: not in this session
     double within_s = 0;                   ///< duration of the spill
+    int tool = 0;                          ///< that held the glass
   };
   double begin_s = 0, end_s = 0;  ///< first and last time of the recording
-  bool has_glass = true;          ///< false with a gripper
+  bool has_glass = true;          ///< false with grippers only
   bool knows_liquid = false;      ///< there was a glass, and its liquid was recorded
   std::vector<Spill> spills;
   double led_s = 0;           ///< engaged time

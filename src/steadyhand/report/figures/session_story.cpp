@@ -179,8 +179,9 @@ bool was_late(const SessionFile& session, Time at) {
 }
 
 /// The settings in force, the arm's state, and the lateral specific force at the time of a spill.
-SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Spill& seen) {
+SessionStory::Spill explain_spill(const SessionFile& session, int tool, const SpillLog::Spill& seen) {
   SessionStory::Spill spill;
+  spill.tool = tool;
   const Time at = seen.at;
   spill.t_s = to_seconds(at);
   spill.share = seen.share;
@@ -191,7 +192,7 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
   const std::string profile = label_of(session, settings ? profile_of(session, *settings) : session.run("profile"));
   std::string state;
   for (const SessionFile::Change& change : session.changes) {
-    if (change.at <= at) state = change.to;
+    if (change.at <= at && change.tool == tool) state = change.to;
   }
   const auto spares = settings ? settings->no_spill : std::nullopt;
   if (spares == false) {
@@ -215,12 +216,6 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
   return spill;
 }
 
-std::vector<SessionStory::Spill> spills_of(const SessionFile& session) {
-  std::vector<SessionStory::Spill> spills;
-  for (const SpillLog::Spill& seen : session.spills.spills()) spills.push_back(explain_spill(session, seen));
-  return spills;
-}
-
 /// JSON, as `steadyhand describe` prints it; empty: not recorded.
 std::string robot_of(const SessionFile& session) {
   const auto robot = session.overview.metadata.find("robot");
@@ -230,31 +225,93 @@ std::string robot_of(const SessionFile& session) {
 }
 
 /// A gripper has no glass, though its sessions record a liquid at rest.
-bool has_gripper(const std::string& robot) {
+bool has_gripper(const std::string& robot, int tool) {
   const Json json = Json::parse(robot, nullptr, false);
-  return json.is_object() && json.contains("gripper");
+  if (!json.is_object()) return false;
+  const auto tools = json.find("tools");
+  if (tools == json.end() || !tools->is_array()) return json.contains("gripper");  // of older versions
+  const auto index = static_cast<std::size_t>(tool);
+  return index < tools->size() && (*tools)[index].is_object() && (*tools)[index].contains("gripper");
+}
+
+/// Whether the tool holds a glass whose liquid was recorded.
+bool knows_liquid(const SessionFile& session, int tool) {
+  return !session.liquids[tool].states.empty() && !has_gripper(robot_of(session), tool);
+}
+
+std::vector<SessionStory::Spill> spills_of(const SessionFile& session) {
+  std::vector<SessionStory::Spill> spills;
+  for (int t = 0; t < session.names.tool_count(); ++t) {
+    if (!knows_liquid(session, t)) continue;
+    for (const SpillLog::Spill& seen : session.liquids[t].spills.spills()) {
+      spills.push_back(explain_spill(session, t, seen));
+    }
+  }
+  std::ranges::stable_sort(spills, {}, &SessionStory::Spill::t_s);
+  return spills;
+}
+
+/// "left: ", of a robot with several tools.
+std::string of_tool(const SessionFile& session, int tool) {
+  return session.names.tool_count() > 1 ? session.names.tools[tool] + ": " : "";
 }
 
 void tell_spills(const SessionFile& session, SessionStory& story) {
-  story.has_glass = !has_gripper(story.robot);
-  story.knows_liquid = story.has_glass && !session.liquid.empty();
-  if (!story.knows_liquid) return;
+  story.has_glass = false;
+  for (int t = 0; t < session.names.tool_count(); ++t) {
+    story.has_glass = story.has_glass || !has_gripper(story.robot, t);
+    story.knows_liquid = story.knows_liquid || knows_liquid(session, t);
+  }
   story.spills = spills_of(session);
   for (const SessionStory::Spill& spill : story.spills) {
-    story.events.push_back({spill.t_s, "spill", spill_text(spill), spill.cause, spill.share});
-    if (spill.full_again_s) story.events.push_back({*spill.full_again_s, "refill", "a full glass", ""});
+    const std::string of = of_tool(session, spill.tool);
+    story.events.push_back({spill.t_s, "spill", of + spill_text(spill), spill.cause, spill.share});
+    if (spill.full_again_s) story.events.push_back({*spill.full_again_s, "refill", of + "a full glass", ""});
   }
 }
 
-/// Engaged time between these times, s.
-double led_between(const SessionFile& session, double from, double until) {
+/// A change of all tools at once is one event of the robot.
+void tell_states(const SessionFile& session, SessionStory& story) {
+  const std::vector<SessionFile::Change>& changes = session.changes;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const SessionFile::Change& change = changes[i];
+    const auto same = [&](const SessionFile::Change& other) {
+      return other.tool != change.tool && other.at == change.at && other.to == change.to &&
+             other.reason == change.reason;
+    };
+    const bool of_all = i + 1 < changes.size() && same(changes[i + 1]);
+    const std::string of = of_all ? "" : of_tool(session, change.tool);
+    story.events.push_back({to_seconds(change.at), "state", change.to, of + change.reason});
+    i += of_all;
+  }
+}
+
+constexpr int kAnyTool = -1;
+
+/// From when to when the tool was engaged.
+std::vector<std::pair<Time, Time>> stretches_led(const SessionFile& session, int tool = kAnyTool) {
+  std::vector<std::pair<Time, Time>> stretches;
+  PerTool<bool> engaged{};
+  Time since{0};
+  bool led = false;
+  const auto see = [&](Time at, bool now) {
+    if (led && at > since) stretches.emplace_back(since, at);
+    since = at;
+    led = now;
+  };
+  for (const SessionFile::Change& change : session.changes) {
+    engaged[change.tool] = change.to == "engaged";
+    see(change.at, tool == kAnyTool ? std::ranges::find(engaged, true) != engaged.end() : engaged[tool]);
+  }
+  see(session.overview.last, false);
+  return stretches;
+}
+
+/// Time between these times in which the tool was engaged, s.
+double led_between(const SessionFile& session, double from, double until, int tool = kAnyTool) {
   double led = 0.0;
-  for (std::size_t i = 0; i < session.changes.size(); ++i) {
-    if (session.changes[i].to != "engaged") continue;
-    const double begin = to_seconds(session.changes[i].at);
-    const double end =
-        i + 1 < session.changes.size() ? to_seconds(session.changes[i + 1].at) : to_seconds(session.overview.last);
-    led += std::max(0.0, std::min(end, until) - std::max(begin, from));
+  for (const auto& [begin, end] : stretches_led(session, tool)) {
+    led += std::max(0.0, std::min(to_seconds(end), until) - std::max(to_seconds(begin), from));
   }
   return led;
 }
@@ -356,10 +413,13 @@ void merge_the_briefest(std::vector<ProfileResult>& results) {
     }
     std::move(result.steps.begin(), result.steps.end(), std::back_inserter(brief.steps));
     std::move(result.commands.begin(), result.commands.end(), std::back_inserter(brief.commands));
-    std::move(result.felt.begin(), result.felt.end(), std::back_inserter(brief.felt));
     brief.led_s += result.led_s;
-    brief.spills += std::max(result.spills, 0);  // known for all results or for none
-    brief.spilled_share = std::max(brief.spilled_share, result.spilled_share);
+    for (std::size_t t = 0; t < result.liquids.size(); ++t) {
+      ProfileResult::Liquid &into = brief.liquids[t], &from = result.liquids[t];
+      std::move(from.felt.begin(), from.felt.end(), std::back_inserter(into.felt));
+      into.spills += std::max(from.spills, 0);  // known for all results or for none
+      into.spilled_share = std::max(into.spilled_share, from.spilled_share);
+    }
   }
   const auto by_time = [](const auto& time) {
     return [time](const auto& a, const auto& b) { return time(a) < time(b); };
@@ -426,9 +486,7 @@ SessionStory tell_story(const SessionFile& session) {
   story.begin_s = to_seconds(session.overview.first);
   story.end_s = to_seconds(session.overview.last);
   story.robot = robot_of(session);
-  for (const SessionFile::Change& change : session.changes) {
-    story.events.push_back({to_seconds(change.at), "state", change.to, change.reason});
-  }
+  tell_states(session, story);
   tell_settings(session, story);
   tell_spills(session, story);
   tell_limits(session, story);
@@ -441,13 +499,13 @@ SessionStory tell_story(const SessionFile& session) {
   return story;
 }
 
-std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session) {
+std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session, int tool) {
+  const std::vector<SessionFile::Felt>& felt = session.liquids[tool].felt;
   std::vector<SessionFile::Felt> led;
-  for (std::size_t i = 0; i < session.felt.size(); ++i) {
+  for (std::size_t i = 0; i < felt.size(); ++i) {
     // Engaged up to the next entry: otherwise the first moment of a stop would count.
-    const double t = to_seconds(session.felt[i].at),
-                 end = i + 1 < session.felt.size() ? to_seconds(session.felt[i + 1].at) : t + kInstant;
-    if (led_between(session, t, end) > kAllOf * (end - t)) led.push_back(session.felt[i]);
+    const double t = to_seconds(felt[i].at), end = i + 1 < felt.size() ? to_seconds(felt[i + 1].at) : t + kInstant;
+    if (led_between(session, t, end, tool) > kAllOf * (end - t)) led.push_back(felt[i]);
   }
   return led;
 }
@@ -475,14 +533,14 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
     return &added;
   };
   for (PlanStep& step : session.steps) result_at(from_seconds(step.t_s), true)->steps.push_back(std::move(step));
-  for (const SessionFile::Felt& felt : felt_while_led(session)) {
-    if (ProfileResult* result = result_at(felt.at, false)) result->felt.push_back({felt.sum, felt.largest, felt.count});
+  for (int t = 0; t < session.names.tool_count(); ++t) {
+    for (const SessionFile::Felt& felt : felt_while_led(session, t)) {
+      if (ProfileResult* result = result_at(felt.at, false))
+        result->liquids[t].felt.push_back({felt.sum, felt.largest, felt.count});
+    }
   }
-  for (std::size_t i = 0; i < session.changes.size(); ++i) {
-    const Time at = session.changes[i].at;
-    if (session.changes[i].to != "engaged") continue;
+  for (auto [from, end] : stretches_led(session)) {
     // A change of settings while engaged begins another stretch.
-    Time from = at, end = i + 1 < session.changes.size() ? session.changes[i + 1].at : session.overview.last;
     for (const SettingsChange& change : settings) {
       if (change.at <= from || change.at >= end) continue;
       if (ProfileResult* result = result_at(from, false)) result->led_s += to_seconds(change.at - from);
@@ -493,14 +551,15 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
   for (JointCommand& command : session.commands) {
     if (ProfileResult* result = result_at(command.stamp.made, false)) result->commands.push_back(std::move(command));
   }
-  if (!session.liquid.empty() && !has_gripper(robot_of(session))) {
-    for (ProfileResult& result : results) result.spills = 0;
-    for (const SessionStory::Spill& spill : spills_of(session)) {
-      ProfileResult* result = result_at(from_seconds(spill.t_s), false);
-      if (result == nullptr) continue;  // no plan was made under these settings
-      ++result->spills;
-      result->spilled_share = std::max(result->spilled_share, spill.share);
-    }
+  for (int t = 0; t < session.names.tool_count(); ++t) {
+    for (ProfileResult& result : results) result.liquids[t].spills = knows_liquid(session, t) ? 0 : -1;
+  }
+  for (const SessionStory::Spill& spill : spills_of(session)) {
+    ProfileResult* result = result_at(from_seconds(spill.t_s), false);
+    if (result == nullptr) continue;  // no plan was made under these settings
+    ProfileResult::Liquid& liquid = result->liquids[spill.tool];
+    ++liquid.spills;
+    liquid.spilled_share = std::max(liquid.spilled_share, spill.share);
   }
   merge_the_briefest(results);
   return results;

@@ -28,8 +28,8 @@ std::string weight_text(const std::vector<double>& values);
 /// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
 SessionStory tell_story(const SessionFile& session);
 
-/// The measured lateral specific forces while engaged: report and comparison are a mean of these.
-std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session);
+/// The measured lateral specific forces at a tool while engaged: report and comparison are a mean of these.
+std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session, int tool);
 
 /// Assigns the session's steps and commands to the settings in force when they were made: one result for each profile,
 /// scale, tilt and weights in use, in the order in which they came. If there are more than eight, the briefest are

@@ -47,16 +47,20 @@ class Run {
   Status change_settings(Time now) {
     for (; changed_ < settings_.changes.size() && settings_.changes[changed_].at <= now; ++changed_) {
       const SettingsChange& change = settings_.changes[changed_];
-      pipeline_.retargeter().set_scale(change.scale);
-      pipeline_.retargeter().set_yaw(change.yaw);
-      if (change.tilt) pipeline_.retargeter().set_tilt_max(*change.tilt);
-      if (const auto model = prediction_of(change.prediction)) pipeline_.predictor().set_model(*model);
+      for (int t = 0; t < pipeline_.model().tool_count(); ++t) {
+        pipeline_.retargeter(t).set_scale(change.scale);
+        pipeline_.retargeter(t).set_yaw(change.yaw);
+        if (change.tilt) pipeline_.retargeter(t).set_tilt_max(*change.tilt);
+        if (const auto model = prediction_of(change.prediction)) pipeline_.predictor(t).set_model(*model);
+      }
       if (change.no_spill) pipeline_.planner().set_no_spill(*change.no_spill);
       if (const LiquidSettings* liquid = pipeline_.planner().ocp().liquid(); liquid && change.fill) {
         GlassSettings glass = liquid->glass;
         glass.fill = *change.fill;
-        if (Status s = pipeline_.planner().set_glass(glass); !s)
-          return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), s.error().message)};
+        for (int t = 0; t < pipeline_.model().tool_count(); ++t) {
+          if (Status s = pipeline_.planner().set_glass(glass, t); !s)
+            return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), s.error().message)};
+        }
       }
       if (change.weights.empty()) continue;
       const Result<std::vector<JointVector>> weights = pipeline_.planner().ocp().weights(known(change.weights));
@@ -100,7 +104,8 @@ class Run {
     if (Status s = change_settings(sample.stamp.hand); !s) return s;
     if (Status s = tap(sample); !s) return s;
     if (Status s = pipeline_.feed(sample); !s) return s;
-    return tap(pipeline_.target());
+    seen_[sample.tool] = true;
+    return tap(pipeline_.target(sample.tool));
   }
 
  private:
@@ -111,15 +116,17 @@ class Run {
     return taps_.recorder ? taps_.recorder->write(message) : Status(Done{});
   }
   Status tap(const Plan& plan) {
-    return taps_.recorder ? taps_.recorder->write(plan, describer_.path(plan)) : Status(Done{});
+    return taps_.recorder ? taps_.recorder->write(plan, describer_.paths(plan)) : Status(Done{});
   }
 
   PlanStep describe_step(Time now) {
     Planner& planner = pipeline_.planner();
-    const Predictor& predictor = pipeline_.predictor();
     PlanStep step = describer_.describe(planner.plan(), now, planner.ocp().horizon(), planner.figures());
-    step.X_base_target = predictor.at(now);
-    step.engaged = predictor.newest().engaged;
+    for (int t = 0; t < step.tool_count; ++t) {
+      const Predictor& predictor = pipeline_.predictor(t);
+      step.tools[t].X_base_target = seen_[t] ? predictor.at(now) : step.tools[t].X_base_planned;
+      step.tools[t].engaged = predictor.newest().engaged;
+    }
     return step;
   }
 
@@ -130,6 +137,7 @@ class Run {
   std::int64_t commands_ = 0;
   std::size_t changed_ = 0;  ///< how many of the changes are in force
   std::size_t cells_ = 0;    ///< likewise
+  PerTool<bool> seen_{};     ///< hands, by the tool that they move
 };
 
 }  // namespace
@@ -146,11 +154,23 @@ Result<ReplayResult> replay(const RobotModel& model, const Recording& recording,
   if (recording.samples.size() < 2) {
     return Error{fmt::format("recording: holds {} samples; a recording needs at least 2", recording.samples.size())};
   }
-  for (std::size_t i = 1; i < recording.samples.size(); ++i) {
-    const Time before = recording.samples[i - 1].stamp.hand, now = recording.samples[i].stamp.hand;
-    if (now > before) continue;
-    return Error{fmt::format("recording: sample {} is at {} s, and that before it at {} s; times must increase", i,
-                             to_seconds(now), to_seconds(before))};
+  Time newest = Time::min();
+  PerTool<Time> seen;  // the newest of each hand
+  seen.fill(newest);
+  for (std::size_t i = 0; i < recording.samples.size(); ++i) {
+    const Time now = recording.samples[i].stamp.hand;
+    const int tool = recording.samples[i].tool, tools = model.tool_count();
+    if (tool < 0 || tool >= tools) {
+      return Error{
+          fmt::format("recording: sample {} is of the hand that moves tool {}; robot '{}' has {}. A robot needs a "
+                      "tool for each hand of the recording, as two_ur5e has for two",
+                      i, tool, model.name, tools == 1 ? "tool 0 alone" : "the tools 0 and 1")};
+    }
+    if (now < newest || now <= seen[tool]) {
+      return Error{fmt::format("recording: sample {} is at {} s, and that before it at {} s; times must increase", i,
+                               to_seconds(now), to_seconds(newest))};
+    }
+    newest = seen[tool] = now;
   }
   const Result<Obstacles> obstacles = obstacles_of(settings.cell, model);
   if (!obstacles) return obstacles.error();

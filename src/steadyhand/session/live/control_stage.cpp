@@ -54,9 +54,19 @@ ControlStage::ControlStage(const RobotModel& model, const ControlSettings& setti
     : settings_(settings),
       links_(&links),
       kinematics_(model),
-      supervisor_(settings.supervisor),
+      supervisors_(model.tools.size(), Supervisor(settings.supervisor)),
       tracker_(model.home),
       history_(static_cast<std::size_t>(kEachCycle * settings.arm_delay * settings.check.command_rate_hz) + kAtLeast) {}
+
+/// The tool whose state is that of the whole robot.
+const Supervisor& ControlStage::foremost() const {
+  for (const SupervisionState state : {SupervisionState::kEngaged, SupervisionState::kHolding}) {
+    for (const Supervisor& supervisor : supervisors_) {
+      if (supervisor.state() == state) return supervisor;
+    }
+  }
+  return supervisors_.front();
+}
 
 const ControlStage::Output& ControlStage::step(const ArmState& state) {
   const Time now = state.joints.stamp.made;
@@ -66,13 +76,44 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   last_cycle_ = state.cycle;
   if (first) anchor(state.joints.q, now);
   if (state.carried_on) resume(*state.carried_on);
-  (void)links_->hand.read(hand_);
+  (void)links_->hands.read(hands_);
   take_obstacles(now);
   take_plan(now);
 
-  const SupervisionState before = supervisor_.state();
-  SupervisionInput input;
-  input.now = now;
+  const SupervisionState before = this->state();
+  supervise(state, missed);
+  const SupervisionState after = this->state();
+  output_.restart_arm = before != SupervisionState::kIdle && after == SupervisionState::kIdle;
+  halt(state, after);
+  for (int t = 0; t < std::ssize(supervisors_); ++t) {
+    if (taken_[t] == nullptr) continue;
+    if (taken_[t]->to == SupervisionState::kEngaged) last_hand_counted_ = now;
+    const bool fresh_grip = taken_[t]->from == SupervisionState::kReady && taken_[t]->to == SupervisionState::kEngaged;
+    if (fresh_grip || output_.restart_arm) ++links_->refills[t];  // both begin with a full glass
+  }
+  const bool arm_fault = after == SupervisionState::kFault && !input_.arm_follows && !state.part_follows;
+  const bool shadows =
+      after == SupervisionState::kIdle || arm_fault || (taken_[0] != nullptr && before == SupervisionState::kIdle);
+  if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
+
+  output_.command = tracker_.update(now);
+  for (int t = 0; t < std::ssize(supervisors_); ++t) {
+    if (settings_.gripper[t]) take_gripper(t, state.joints);
+    output_.command.gripper[t] = grippers_[t].command;
+  }
+  remember(output_.command);
+  // The arm stops a little after its commands. A client that takes it over where it is must find it stationary.
+  const Time until_held_off = held_off_ ? from_seconds(settings_.arm_delay) : Time(0);  // then it may give way
+  const bool told_to_rest = !has_pending_ && now >= end_of(tracker_.plan()) + until_held_off;
+  at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kAtRest;
+  publish(state, missed);
+  return output_;
+}
+
+/// Decides for each tool what it may do.
+void ControlStage::supervise(const ArmState& state, std::uint64_t missed) {
+  SupervisionInput& input = input_;
+  input.now = state.joints.stamp.made;
   input.arm_follows = state.status == ArmStatus::kFollowing;
   input.arm_stopped = state.status == ArmStatus::kStopped || !state.joints.q.allFinite();
   input.arm_reason = state.status == ArmStatus::kStopped ? state.reason : "the arm reports no numbers";
@@ -81,30 +122,48 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   input.at_rest = at_rest_;
   input.stops = links_->asked.stops;
   input.reset_of = links_->asked.reset_of;
-  const bool stop_asked = input.stops != supervisor_.stops();
+  stop_asked_ = input.stops != supervisors_.front().stops();
   input.off_path = off_path(state.joints);
   input.stalled = missed >= settings_.stall_cycles;
   input.last_plan = last_plan_;
-  input.hand = hand_;
-  const Transition* transition = supervisor_.update(input);
-  const SupervisionState after = supervisor_.state();
-  links_->asked.halts = supervisor_.halts();
+  PerTool<bool> lost{}, silent{};
+  const int tools = static_cast<int>(supervisors_.size());
+  for (int t = 0; t < tools && settings_.supervisor.together; ++t) {
+    input.hand = hands_[t];
+    lost[t] = supervisors_[t].loses_hand(input);
+    silent[t] = supervisors_[t].misses_device(input);
+  }
+  for (int t = 0; t < tools; ++t) {
+    input.hand = hands_[t];
+    input.other_lost = input.other_silent = false;
+    for (int other = 0; other < tools; ++other) {
+      input.other_lost |= other != t && lost[other];
+      input.other_silent |= other != t && silent[other];
+    }
+    taken_[t] = supervisors_[t].update(input);
+  }
+  links_->asked.halts = supervisors_.front().halts();
+  const SupervisionState after = this->state();
   links_->asked.halted = after == SupervisionState::kStopping || after == SupervisionState::kFault;
+}
 
-  held_off_ = links_->asked.halted && input.arm_follows && (held_off_ || input.off_path);
-  output_.restart_arm = before != SupervisionState::kIdle && after == SupervisionState::kIdle;
+/// Stops the arm where the state says so. An arm that something keeps away from its commands then gives way.
+void ControlStage::halt(const ArmState& state, SupervisionState after) {
+  const Time now = input_.now;
+  const Transition* transition = taken_[0];  // what halts the arm is the same for all tools
+  held_off_ = links_->asked.halted && input_.arm_follows && (held_off_ || input_.off_path);
   if (transition != nullptr && after == SupervisionState::kStopping) {
     begin_stop(*transition, now);
-  } else if (transition != nullptr && after == SupervisionState::kFault && input.arm_follows) {
+  } else if (transition != nullptr && after == SupervisionState::kFault && (input_.arm_follows || state.part_follows)) {
     brake();
   } else if (after != SupervisionState::kStopping) {
     soft_ = false;
   } else if (soft_ &&
-             (stop_asked || held_off_ || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
+             (stop_asked_ || held_off_ || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
     brake();
   }
   const bool gives_way = gives_way_to_ && now < end_of(tracker_.plan());
-  if (gives_way && (stop_asked || (transition != nullptr && after == SupervisionState::kFault))) {
+  if (gives_way && (stop_asked_ || (transition != nullptr && after == SupervisionState::kFault))) {
     end_giving_way();
   }
   if (!held_off_) {
@@ -116,43 +175,40 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   } else {
     holds_still_since_ = now;
   }
-  if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
-  const bool fresh_grip = before == SupervisionState::kReady && after == SupervisionState::kEngaged;
-  if (fresh_grip || output_.restart_arm) ++links_->refills;  // both begin with a full glass
-  const bool arm_fault = after == SupervisionState::kFault && !input.arm_follows;
-  const bool shadows =
-      after == SupervisionState::kIdle || arm_fault || (transition != nullptr && before == SupervisionState::kIdle);
-  if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
+}
 
-  output_.command = tracker_.update(now);
-  if (settings_.gripper) take_gripper(state.joints);
-  output_.command.gripper = gripper_;
-  remember(output_.command);
-  // The arm stops a little after its commands. A client that takes it over where it is must find it stationary.
-  const Time until_held_off = held_off_ ? from_seconds(settings_.arm_delay) : Time(0);  // then it may give way
-  const bool told_to_rest = !has_pending_ && now >= end_of(tracker_.plan()) + until_held_off;
-  at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kAtRest;
-
+/// Tells planner, taps and observers of this cycle.
+void ControlStage::publish(const ArmState& state, std::uint64_t missed) {
+  const auto view_of = [](const Supervisor& s) { return ControlView::Hand{s.state(), s.reason(), s.cause()}; };
   ++view_.cycles;
-  view_.now = now;
-  view_.state = after;
-  view_.reason = supervisor_.reason();
-  view_.cause = supervisor_.cause();
+  view_.now = input_.now;
+  view_.state = foremost().state();
+  view_.reason = foremost().reason();
+  view_.cause = foremost().cause();
   view_.command = last_;
   view_.measured = state.joints;
   view_.at_rest = at_rest_;
-  view_.stops = supervisor_.stops();
+  view_.stops = supervisors_.front().stops();
   view_.missed_deadlines += missed;
-  links_->report.write({now, after, supervisor_.engagements(), supervisor_.grip(), soft_});
-  links_->control_view.write(view_);
-  if (input.arm_follows && links_->taps.commands.push({last_, anew_})) anew_ = false;
-  links_->taps.states.push(state.joints);
-  if (transition != nullptr) {
-    const bool is_failure = after == SupervisionState::kFault ||
-                            (after == SupervisionState::kStopping && transition->event != SupervisionEvent::kStopAsked);
-    links_->taps.changes.push({now, before, after, supervisor_.reason(), is_failure, supervisor_.cause().code});
+  ControlReport report{input_.now, view_.state, {}, soft_};
+  for (int t = 0; t < std::ssize(supervisors_); ++t) {
+    const Supervisor& supervisor = supervisors_[t];
+    view_.hands[t] = view_of(supervisor);
+    report.hands[t] = {supervisor.state(), supervisor.engagements(), supervisor.grip()};
   }
-  return output_;
+  links_->report.write(report);
+  links_->control_view.write(view_);
+  const bool obeyed = input_.arm_follows || state.part_follows;
+  if (obeyed && links_->taps.commands.push({last_, anew_})) anew_ = false;
+  links_->taps.states.push(state.joints);
+  for (int t = 0; t < std::ssize(supervisors_); ++t) {
+    if (taken_[t] == nullptr) continue;
+    const auto& [from, event, to, reason] = *taken_[t];
+    const bool is_failure =
+        to == SupervisionState::kFault || (to == SupervisionState::kStopping && event != SupervisionEvent::kStopAsked);
+    links_->taps.changes.push(
+        {input_.now, from, to, supervisors_[t].reason(), is_failure, supervisors_[t].cause().code, t});
+  }
 }
 
 /// If the followed plan would touch an obstacle that has just appeared or moved, the arm brakes and continues once the
@@ -175,7 +231,7 @@ void ControlStage::take_plan(Time now) {
   if (links_->plan.read(pending_)) has_pending_ = true;
   if (!has_pending_ || pending_.start > now) return;
   has_pending_ = false;
-  const SupervisionState state = supervisor_.state();
+  const SupervisionState state = this->state();
   const bool wanted = state == SupervisionState::kReady || state == SupervisionState::kEngaged ||
                       state == SupervisionState::kHolding || soft_;
   const bool continues = pending_.start > last_.stamp.made &&
@@ -196,15 +252,17 @@ void ControlStage::take_plan(Time now) {
 /// Opens and closes the gripper where the operator may move the arm. A stop leaves the gripper as it is, whether it
 /// holds something or not, and drops requests made meanwhile. A request waits while the arm gets ready, but only for
 /// kWishWaits: later it would surprise the operator.
-void ControlStage::take_gripper(const JointState& measured) {
-  if (!gripper_) gripper_ = measured.gripper;
-  if (hand_.gripper != last_wish_) last_wish_ = waiting_wish_ = hand_.gripper;
-  const SupervisionState state = supervisor_.state();
+void ControlStage::take_gripper(int tool, const JointState& measured) {
+  auto& [command, last_wish, waiting_wish] = grippers_[tool];
+  const HandReport& hand = hands_[tool];
+  if (!command) command = measured.gripper[tool];
+  if (hand.gripper != last_wish) last_wish = waiting_wish = hand.gripper;
+  const SupervisionState state = this->state();
   const bool halted = state == SupervisionState::kStopping || state == SupervisionState::kFault;
-  if (halted || measured.stamp.made - hand_.gripper_said > kWishWaits) waiting_wish_.reset();
-  if (state == SupervisionState::kIdle || !waiting_wish_) return;
-  gripper_ = waiting_wish_;
-  waiting_wish_.reset();
+  if (halted || measured.stamp.made - hand.gripper_said > kWishWaits) waiting_wish.reset();
+  if (state == SupervisionState::kIdle || !waiting_wish) return;
+  command = waiting_wish;
+  waiting_wish.reset();
 }
 
 /// True if the plan knows the obstacles or passes their check. While objects change faster than plans are made, no plan
@@ -241,7 +299,7 @@ const JointCommand& ControlStage::command_before(int age) const {
 void ControlStage::resume(const JointCommand& carried_on) {
   remember(carried_on);
   if (same(tracker_.update(carried_on.stamp.made), carried_on, 1e-3 * kContinuity)) return;
-  const SupervisionState state = supervisor_.state();
+  const SupervisionState state = this->state();
   const bool hard = (state == SupervisionState::kStopping && !soft_) || state == SupervisionState::kFault;
   const auto check = [&] {
     return check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);

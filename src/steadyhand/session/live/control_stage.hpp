@@ -24,13 +24,18 @@ class ControlStage {
   /// @param state as the arm reports it now; its time is the time of the cycle
   const Output& step(const ArmState& state);
 
-  SupervisionState state() const { return supervisor_.state(); }
+  /// See SessionSnapshot::state.
+  SupervisionState state() const { return foremost().state(); }
   bool at_rest() const { return at_rest_; }
 
  private:
+  const Supervisor& foremost() const;
+  void supervise(const ArmState& state, std::uint64_t missed);
+  void halt(const ArmState& state, SupervisionState after);
   void take_obstacles(Time now);
   void take_plan(Time now);
-  void take_gripper(const JointState& measured);
+  void take_gripper(int tool, const JointState& measured);
+  void publish(const ArmState& state, std::uint64_t missed);
   bool knows_obstacles(const Plan& plan, Time now);
   void follow(const Plan& plan);
   void remember(const JointCommand& command);
@@ -46,7 +51,10 @@ class ControlStage {
   ControlSettings settings_;
   Links* links_;
   Kinematics kinematics_;
-  Supervisor supervisor_;
+  std::vector<Supervisor> supervisors_;  ///< of each tool's hand
+  SupervisionInput input_;               ///< of this cycle; `hand` is that of the last tool
+  PerTool<const Transition*> taken_{};   ///< in this cycle
+  bool stop_asked_ = false;              ///< the same
   Tracker tracker_;
   Plan pending_, candidate_;
   bool has_pending_ = false, at_rest_ = true;
@@ -57,12 +65,16 @@ class ControlStage {
   Time holds_still_since_{0};  ///< since when the commands are stationary while the arm is kept away from them
   std::optional<JointVector> gives_way_to_;  ///< measured position that the commands move to after that
   double gave_way_by_ = 0.0;                 ///< rad (m), largest move of a joint to there; infinite: no move yet
-  HandReport hand_;
+  PerTool<HandReport> hands_;
   Time last_plan_{0}, last_hand_counted_{0};
   std::uint64_t last_cycle_ = 0;
-  JointCommand last_;                          ///< command of the last cycle
-  std::optional<double> gripper_, last_wish_;  ///< commanded position; last request of the operator
-  std::optional<double> waiting_wish_;         ///< requested, not done yet
+  JointCommand last_;  ///< command of the last cycle
+  /// Of a tool.
+  struct Gripper {
+    std::optional<double> command, last_wish;  ///< commanded position; last request of the operator
+    std::optional<double> waiting_wish;        ///< requested, not done yet
+  };
+  PerTool<Gripper> grippers_;
   Output output_;
   ControlView view_;
 

@@ -16,11 +16,16 @@ namespace steadyhand {
 
 /// From the control thread to the planner, once a cycle.
 struct ControlReport {
+  /// Of a tool.
+  struct Hand {
+    SupervisionState state = SupervisionState::kIdle;
+    std::uint64_t engagement = 0;  ///< see Supervisor::engagements
+    std::uint64_t grip = 0;        ///< see Supervisor::grip
+  };
   Time now{0};
-  SupervisionState state = SupervisionState::kIdle;
-  std::uint64_t engagement = 0;  ///< see Supervisor::engagements
-  std::uint64_t grip = 0;        ///< see Supervisor::grip
-  bool soft_stop = false;        ///< stopping, and the planner still has time for the stop
+  SupervisionState state = SupervisionState::kIdle;  ///< of all, see SessionSnapshot::state
+  PerTool<Hand> hands;
+  bool soft_stop = false;  ///< stopping, and the planner still has time for the stop
 };
 
 /// A sample with its owner: grips of one hand are not those of another.
@@ -31,10 +36,17 @@ struct HeldSample {
 
 /// From the control thread to observers.
 struct ControlView {
+  /// Of a tool.
+  struct Hand {
+    SupervisionState state = SupervisionState::kIdle;
+    std::string_view reason;
+    Cause cause;
+  };
   Time now{0};
-  SupervisionState state = SupervisionState::kIdle;
+  SupervisionState state = SupervisionState::kIdle;  ///< of all, as the next two; see SessionSnapshot::state
   std::string_view reason;
   Cause cause;
+  PerTool<Hand> hands;
   JointCommand command;
   JointState measured;
   bool at_rest = false;
@@ -45,11 +57,11 @@ struct ControlView {
 
 /// From the planner thread to observers.
 struct PlannerView {
-  Target target;
+  PerTool<Target> targets;
   ActiveConstraint constraint;
   Plan plan;
-  Reference reference;          ///< for the newest plan that follows the hand; without a grip no nodes
-  double tracking_error = 0.0;  ///< m, target to tool where the plan begins
+  Reference reference;               ///< for the newest plan that follows a hand; without a grip no nodes
+  PerTool<double> tracking_error{};  ///< m, target to tool where the plan begins
   std::uint64_t samples = 0, dropped_samples = 0, solves = 0, failed = 0;
 };
 
@@ -89,7 +101,7 @@ struct Links {
   SpscRing<HeldSample> samples{256};                               ///< input to planner
   LatestValue<OperatorSettings> settings;                          ///< main to planner
   LatestValue<Obstacles> obstacles_to_plan, obstacles_to_control;  ///< main to planner and to control
-  LatestValue<HandReport> hand;                                    ///< planner to control
+  LatestValue<PerTool<HandReport>> hands;                          ///< planner to control
   LatestValue<Plan> plan;                                          ///< planner to control
   LatestValue<ControlReport> report;                               ///< control to planner
   LatestValue<Plan> followed;             ///< control to planner: the followed plan, after each change
@@ -98,8 +110,9 @@ struct Links {
   Asked asked;
   std::atomic<const char*> failure{nullptr};  ///< any thread that failed for good: static text for people
   std::atomic<std::uint64_t> holder{0};       ///< any thread: counts hands in control; each must first open its clutch
-  /// Any thread: counts refills of the glass. Incremented by a request, and by control at a new grip or a reset.
-  std::atomic<std::uint64_t> refills{0};
+  /// Any thread: counts refills of each tool's glass. Incremented by a request, and by control at a new grip of its
+  /// hand or a reset.
+  PerTool<std::atomic<std::uint64_t>> refills{};
   /// Control to planner: each command that moves the arm; after missed cycles also the arm's own set-point.
   SpscRing<JointCommand> moved{512};
   TapRings taps;

@@ -37,7 +37,7 @@ class Session {
   void feed(const OperatorSample& sample);
   /// Later samples are of another hand: the arm disengages until that hand engages it. Any thread.
   void release_hand();
-  /// Refills the glass to its present level; the arm continues. Any thread.
+  /// Refills the glasses to their present level; the arm continues. Any thread.
   void refill();
   /// Stops the arm, which then waits for a reset. Any thread.
   void ask_stop();
@@ -70,10 +70,10 @@ class Session {
   /// The commanded arm at a time near now, after set_position. Any thread. Fails before the arm has reported its
   /// position.
   Result<Kinematics> arm_at(Time at) const;
-  /// @{ Attaches this object to the tool at its present pose, or releases it there. Any
+  /// @{ Attaches this object to a tool (its index) at its present pose, or releases it there. Any
   /// thread. Fails, and changes nothing, as attach() and detach() of robot/cell.hpp do.
   /// @param at session's clock, now
-  Status attach(const std::string& object, Time at);
+  Status attach(const std::string& object, Time at, int tool = 0);
   Status detach(const std::string& object, Time at);
   /// @}
 
@@ -133,6 +133,7 @@ class Session {
 
  private:
   void see_cell();
+  void refresh_tool(int t, ToolSnapshot& tool) const;
   void count(const SupervisionChange& change);
   /// Hz, lowest rate at which supervision does not find the planner late.
   double slowest_rate() const;

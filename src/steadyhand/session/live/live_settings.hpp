@@ -28,7 +28,7 @@ struct ControlSettings {
   /// s that a stop may take beyond the shortest time to keep the liquid in; 0: always the shortest.
   double soft_stop = 0.5;
   double arm_delay = 0.0;   ///< s, see ArmInfo
-  bool gripper = false;     ///< the arm has one, see ArmInfo
+  PerTool<bool> gripper{};  ///< the tool is one, see ArmInfo
   PlanCheckSettings check;  ///< limits of straight stops
   Obstacles obstacles;      ///< initial obstacles for those stops
 };

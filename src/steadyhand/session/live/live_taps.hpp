@@ -20,35 +20,48 @@
 
 namespace steadyhand {
 
-/// State of a live session at one time.
-struct SessionSnapshot {
-  Time now{0};                                       ///< time of the session's clock
-  SupervisionState state = SupervisionState::kIdle;  ///< state of the supervision
-  std::string_view reason;                           ///< why it is in this state; static text
+/// A tool, and the hand that moves it, at one time.
+struct ToolSnapshot {
+  SupervisionState state = SupervisionState::kIdle;  ///< whether it follows its hand
+  std::string_view reason;                           ///< why; static text
   Cause cause;                                       ///< the same for programs
-  ActiveConstraint constraint;                       ///< active limit
   Target target;                                     ///< if not engaged, the controlled frame: engaging starts there
-  JointState measured;                               ///< newest
-  JointCommand command;                              ///< newest
-  Pose X_base_tool;                                  ///< where the controlled frame is, from `measured`
+  Pose X_base_tool;                                  ///< where the controlled frame is, from SessionSnapshot::measured
   Vector3 local_acceleration;                        ///< m/s^2, glass frame, a liquid at rest feels [0, 0, 9.81]
   double tracking_error = 0.0;                       ///< m, target to controlled frame; NaN if not engaged
-  double clearance = 0.0;                            ///< m, of the nearest pair of bodies
-  std::array<int, 2> nearest{};                      ///< that pair
+  std::optional<double> gripper;                     ///< measured, 0 open to 1 closed; none: it is no gripper
+  std::optional<double> gripper_command;             ///< where it is commanded to be
   int path_nodes = 0;                                ///< entries of path
   std::array<Pose, kMaxHorizon + 1> path;            ///< controlled frame at the plan's nodes; path_nodes of them
-  Reference prediction;                              ///< predicted hand; no nodes if not engaged
+  int predicted = 0;                                 ///< nodes of prediction; none if not engaged
+  ToolReference prediction;                          ///< predicted hand
   LiquidState liquid;                                ///< as the monitor has it
-  TimingSummary solve_us;                            ///< planner's solve
-  TimingSummary latency_us;                          ///< hand to command
-  TimingSummary wake_us;                             ///< how late control cycles began
-  std::uint64_t plans = 0;                           ///< plans that were followed, since the session started
-  std::uint64_t cycles = 0;                          ///< cycles of the arm, likewise
-  std::uint64_t missed_deadlines = 0;                ///< cycles that control missed
-  std::uint64_t rejected_plans = 0;                  ///< too late, or failed
-  std::uint64_t samples = 0;                         ///< samples of the hand
-  double planner_rate_hz = 0.0;                      ///< planning steps a second
-  bool planner_rate_automatic = false;               ///< it follows what the machine sustains
+};
+
+/// State of a live session at one time.
+struct SessionSnapshot {
+  Time now{0};  ///< time of the session's clock
+  /// State of the supervision: if not that of all tools, kEngaged or else kHolding if that of any.
+  SupervisionState state = SupervisionState::kIdle;
+  std::string_view reason;              ///< why it is in this state; static text
+  Cause cause;                          ///< the same for programs
+  ActiveConstraint constraint;          ///< active limit
+  JointState measured;                  ///< newest
+  JointCommand command;                 ///< newest
+  int tool_count = 1;                   ///< entries of tools
+  PerTool<ToolSnapshot> tools;          ///< of each
+  double clearance = 0.0;               ///< m, of the nearest pair of bodies
+  std::array<int, 2> nearest{};         ///< that pair
+  TimingSummary solve_us;               ///< planner's solve
+  TimingSummary latency_us;             ///< hand to command
+  TimingSummary wake_us;                ///< how late control cycles began
+  std::uint64_t plans = 0;              ///< plans that were followed, since the session started
+  std::uint64_t cycles = 0;             ///< cycles of the arm, likewise
+  std::uint64_t missed_deadlines = 0;   ///< cycles that control missed
+  std::uint64_t rejected_plans = 0;     ///< too late, or failed
+  std::uint64_t samples = 0;            ///< samples of the hand
+  double planner_rate_hz = 0.0;         ///< planning steps a second
+  bool planner_rate_automatic = false;  ///< it follows what the machine sustains
 };
 
 /// Settings that are in force from a time on.
@@ -59,13 +72,13 @@ struct AppliedSettings {
 
 /// A planning step that ran the solver: the data that reports use.
 struct PlanningRecord {
-  Time at{0};                ///< start of its plan
-  Plan plan;                 ///< followed from there on; the plan before if the step failed
-  Pose X_base_target;        ///< target of the newest hand
-  Reference reference;       ///< reference of the solve
-  const Ocp* ocp = nullptr;  ///< the solved problem; lives as long as the session
-  SolveFigures solved;       ///< result of the solve
-  bool engaged = false;      ///< following the hand, not stopping
+  Time at{0};                   ///< start of its plan
+  Plan plan;                    ///< followed from there on; the plan before if the step failed
+  PerTool<Pose> X_base_target;  ///< of the newest hands
+  Reference reference;          ///< reference of the solve
+  const Ocp* ocp = nullptr;     ///< the solved problem; lives as long as the session
+  SolveFigures solved;          ///< result of the solve
+  PerTool<bool> engaged{};      ///< following the hand, not stopping
 };
 
 /// Get copies of all data of a live session, about a hundred times a second, on one thread that is neither control nor
@@ -112,7 +125,7 @@ std::string to_text(const MonitorResult& result);
 /// Summary of a session, for people.
 struct LiveSummary {
   double duration = 0.0;               ///< s
-  double engaged = 0.0;                ///< s, of following the hand
+  double engaged = 0.0;                ///< s, of following a hand, or both
   std::uint64_t engagements = 0;       ///< how often following began
   std::uint64_t samples = 0;           ///< samples of the hand
   std::uint64_t dropped_samples = 0;   ///< out of order or too old

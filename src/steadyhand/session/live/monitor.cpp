@@ -33,15 +33,21 @@ bool note(double excess, double tolerance, double& most) {
 }  // namespace
 
 Monitor::Monitor(const RobotModel& model, const GlassSettings& glass)
-    : commanded_(model), measured_(model), glass_(glass), liquid_(glass) {
+    : commanded_(model), measured_(model), glass_(glass), glasses_(model.tools.size(), Glass{Liquid(glass)}) {
   measured_.set_position(model.home);  // until a state arrives
 }
 
 void Monitor::fill(double height) {
   if (height == glass_.fill) return;
   glass_.fill = height;
-  liquid_ = Liquid(glass_);
-  reset_liquid();
+  for (int t = 0; t < measured_.tool_count(); ++t) {
+    glasses_[t].liquid = Liquid(glass_);
+    reset_liquid(t);
+  }
+}
+
+bool Monitor::spilled() const {
+  return std::ranges::any_of(glasses_, [](const Glass& glass) { return glass.liquid.state().spilled; });
 }
 
 void Monitor::set_obstacles(const Obstacles& obstacles, std::vector<std::string> names) {
@@ -114,14 +120,17 @@ void Monitor::update(const JointState& state) {
   const JointVector& fastest = measured_.model().velocity_max;
   result_.too_fast += note(excess(state.dq, fastest), kMeasured * fastest.minCoeff(), result_.measured_excess);
   measured_.set_position(state.q);
-  Vector3 velocity = Vector3::Zero();
-  for (int k = 0; k < measured_.dof(); ++k) velocity += state.dq[k] * measured_.dp(k);
   const double dt = to_seconds(state.stamp.made - last_state_);
-  if (result_.states > 0 && dt > 0.0) {
-    local_acceleration_ = measured_.R().transpose() * ((velocity - last_velocity_) / dt + kGravity);
-    if (!measured_.model().tool().gripper_time) liquid_.update(dt, local_acceleration_);  // a gripper holds no glass
+  for (int t = 0; t < measured_.tool_count(); ++t) {
+    auto& [liquid, last_velocity, local_acceleration] = glasses_[t];
+    Vector3 velocity = Vector3::Zero();
+    for (const int k : measured_.chain(t)) velocity += state.dq[k] * measured_.dp(k, t);
+    if (result_.states > 0 && dt > 0.0) {
+      local_acceleration = measured_.R(t).transpose() * ((velocity - last_velocity) / dt + kGravity);
+      if (!measured_.model().tools[t].gripper_time) liquid.update(dt, local_acceleration);  // a gripper holds no glass
+    }
+    last_velocity = velocity;
   }
-  last_velocity_ = velocity;
   last_state_ = state.stamp.made;
   ++result_.states;
 }

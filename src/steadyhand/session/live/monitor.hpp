@@ -10,7 +10,8 @@
 namespace steadyhand {
 
 /// Independent monitor: checks every command and every measured state, outside the control loop and without knowledge
-/// of plans. It also simulates the liquid, driven by the measured motion of the glass; a gripper has none. One thread.
+/// of plans. It also simulates the liquid of each tool, driven by the measured motion of the glass; a gripper has none.
+/// One thread.
 class Monitor {
  public:
   /// The model must outlive it.
@@ -21,9 +22,9 @@ class Monitor {
   void update(const JointState& state);
   /// Applies from the next command on. @param names of the obstacles, for people
   void set_obstacles(const Obstacles& obstacles, std::vector<std::string> names);
-  /// Refills the glass; the liquid is at rest in the glass as it leans now.
-  void reset_liquid() { liquid_.reset(measured_.R().transpose() * kGravity); }
-  /// Refills the glass to this height, m.
+  /// Refills a tool's glass; the liquid is at rest in the glass as it leans now.
+  void reset_liquid(int tool = 0) { glasses_[tool].liquid.reset(measured_.R(tool).transpose() * kGravity); }
+  /// Refills all glasses to this height, m.
   void fill(double height);
 
   /// One line for each obstacle that the arm touches as last measured, for people.
@@ -31,9 +32,10 @@ class Monitor {
 
   const Obstacles& obstacles() const { return obstacles_; }
   const MonitorResult& result() const { return result_; }
-  const LiquidState& liquid() const { return liquid_.state(); }
+  const LiquidState& liquid(int tool = 0) const { return glasses_[tool].liquid.state(); }
+  bool spilled() const;  ///< any of the liquids
   /// Specific force at the newest measured state, glass frame, m/s^2.
-  const Vector3& local_acceleration() const { return local_acceleration_; }
+  const Vector3& local_acceleration(int tool = 0) const { return glasses_[tool].local_acceleration; }
   /// At the newest measured state.
   const Kinematics& arm() const { return measured_; }
 
@@ -45,11 +47,15 @@ class Monitor {
   Obstacles obstacles_;
   std::vector<std::string> names_;
   GlassSettings glass_;
-  Liquid liquid_;
+  /// Of a tool.
+  struct Glass {
+    Liquid liquid;
+    Vector3 last_velocity = Vector3::Zero(), local_acceleration = kGravity;
+  };
+  std::vector<Glass> glasses_;
   MonitorResult result_;
   JointCommand last_command_;
   Time last_state_{0};
-  Vector3 last_velocity_ = Vector3::Zero(), local_acceleration_ = kGravity;
 };
 
 }  // namespace steadyhand

@@ -48,12 +48,14 @@ struct Session::State {
 
   // ---- of the writer thread
   Monitor monitor;
-  std::uint64_t refills = 0;  ///< Links::refills handled so far
+  PerTool<std::uint64_t> refills{};  ///< Links::refills handled so far
   Kinematics arm_kinematics;
   ControlView control_view;
   PlannerView planner_view;
   LiveSummary summary;
-  Time started{0}, engaged_since{0};
+  Time started{0};
+  PerTool<bool> engaged{};  ///< tools that follow
+  Time engaged_since{0};    ///< since when any does
 
   mutable Mutex mutex;  ///< guards the members below; never taken by control or planner
   Mutex changes;        ///< serializes changes of the cell
@@ -122,7 +124,9 @@ Status Session::make_planning() {
 
 void Session::feed(const OperatorSample& sample) { links_->samples.push({sample, links_->holder}); }
 void Session::release_hand() { ++links_->holder; }
-void Session::refill() { ++links_->refills; }
+void Session::refill() {
+  for (int t = 0; t < model_->tool_count(); ++t) ++links_->refills[t];
+}
 void Session::ask_stop() { links_->asked.stop(); }
 void Session::ask_reset() { links_->asked.reset(); }
 std::uint64_t Session::halts() const { return links_->asked.halts; }
@@ -200,13 +204,14 @@ void Session::drain() {
   empty(rings.samples, taps_.sample, nothing);
   empty(rings.targets, taps_.target, nothing);
   empty(rings.settings, taps_.settings, [&](const AppliedSettings& applied) {
-    state_->summary.spilled = state_->summary.spilled || state_->monitor.liquid().spilled;
+    state_->summary.spilled = state_->summary.spilled || state_->monitor.spilled();
     if (applied.settings.fill) state_->monitor.fill(*applied.settings.fill);
   });
-  if (const std::uint64_t refills = links_->refills; refills != state_->refills) {
-    state_->refills = refills;
-    state_->summary.spilled = state_->summary.spilled || state_->monitor.liquid().spilled;
-    state_->monitor.reset_liquid();
+  for (int t = 0; t < model_->tool_count(); ++t) {
+    const std::uint64_t refills = links_->refills[t];
+    if (std::exchange(state_->refills[t], refills) == refills) continue;
+    state_->summary.spilled = state_->summary.spilled || state_->monitor.spilled();
+    state_->monitor.reset_liquid(t);
   }
   empty(rings.steps, taps_.step, nothing);
   see_cell();
@@ -240,12 +245,15 @@ void Session::see_cell() {
 }
 
 void Session::count(const SupervisionChange& change) {
-  if (change.from == SupervisionState::kEngaged)
-    state_->summary.engaged += to_seconds(change.at - state_->engaged_since);
-  if (change.to == SupervisionState::kEngaged) {
-    state_->engaged_since = change.at;
-    ++state_->summary.engagements;
-  }
+  PerTool<bool>& engaged = state_->engaged;
+  const bool engaged_before = std::ranges::find(engaged, true) != engaged.end();
+  engaged[change.tool] = change.to == SupervisionState::kEngaged;
+  const bool any_engaged = std::ranges::find(engaged, true) != engaged.end();
+  if (engaged_before && !any_engaged) state_->summary.engaged += to_seconds(change.at - state_->engaged_since);
+  if (!engaged_before && any_engaged) state_->engaged_since = change.at;
+  if (change.to == SupervisionState::kEngaged) ++state_->summary.engagements;
+  const bool of_the_arm = change.to == SupervisionState::kStopping || change.to == SupervisionState::kFault;
+  if (of_the_arm && change.tool > 0) return;  // counted with the first tool
   const bool held = change.to == SupervisionState::kHolding || change.to == SupervisionState::kStopping ||
                     change.to == SupervisionState::kFault;
   if (!held) return;
@@ -264,36 +272,33 @@ void Session::refresh() {
 
   SessionSnapshot s;
   s.now = state_->control_view.now;
-  s.state = state_->control_view.state;
-  s.reason = state_->control_view.reason;
-  s.cause = state_->control_view.cause;
-  if (control_failed_) {
-    s.state = SupervisionState::kFault;
-    s.reason = links_->failure.load();
-    s.cause.code = ReasonCode::kFailed;
-  }
+  const auto supervision = [this](const auto& hand, auto& of) {
+    const bool failed = control_failed_;
+    of.state = failed ? SupervisionState::kFault : hand.state;
+    of.reason = failed ? std::string_view(links_->failure.load()) : hand.reason;
+    of.cause = hand.cause;
+    if (failed) of.cause.code = ReasonCode::kFailed;
+  };
+  supervision(state_->control_view, s);
   s.constraint = state_->planner_view.constraint;
-  s.target = state_->planner_view.target;
   s.measured = state_->control_view.measured;
   s.command = state_->control_view.command;
-  s.X_base_tool = {state_->monitor.arm().p(), Quaternion(state_->monitor.arm().R())};
-  s.local_acceleration = state_->monitor.local_acceleration();
-  s.tracking_error = state_->planner_view.tracking_error;
-  if (s.state != SupervisionState::kEngaged && s.state != SupervisionState::kHolding) {
-    s.target.X_base_tool = s.X_base_tool;  // the next grip starts there
-    s.tracking_error = std::numeric_limits<double>::quiet_NaN();
+  s.tool_count = model_->tool_count();
+  for (int t = 0; t < s.tool_count; ++t) {
+    supervision(state_->control_view.hands[t], s.tools[t]);
+    refresh_tool(t, s.tools[t]);
   }
   const NearestPair nearest = nearest_pair(state_->monitor.arm(), state_->monitor.obstacles());
   s.clearance = nearest.gap;
   s.nearest = {nearest.first, nearest.second};
   const Plan& plan = state_->planner_view.plan;
-  s.path_nodes = plan.joints > 0 ? std::min(plan.intervals + 1, kMaxHorizon + 1) : 0;
-  for (int k = 0; k < s.path_nodes; ++k) {
-    state_->arm_kinematics.set_position(plan.x[k].head(plan.joints));
-    s.path[k] = {state_->arm_kinematics.p(), Quaternion(state_->arm_kinematics.R())};
+  const int nodes = plan.joints > 0 ? std::min(plan.intervals + 1, kMaxHorizon + 1) : 0;
+  Kinematics& arm = state_->arm_kinematics;
+  for (int k = 0; k < nodes; ++k) {
+    arm.set_position(plan.x[k].head(plan.joints));
+    for (int t = 0; t < s.tool_count; ++t) s.tools[t].path[k] = {arm.p(t), Quaternion(arm.R(t))};
   }
-  s.prediction = state_->planner_view.reference;
-  s.liquid = state_->monitor.liquid();
+  for (int t = 0; t < s.tool_count; ++t) s.tools[t].path_nodes = nodes;
   s.solve_us = links_->solve_us.summary();
   s.latency_us = links_->latency_us.summary();
   s.wake_us = links_->wake_us.summary();
@@ -310,6 +315,23 @@ void Session::refresh() {
   state_->stopped_at_rest =
       state_->control_view.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
   state_->stops = state_->control_view.stops;
+}
+
+/// What is known of a tool, besides its state and its path.
+void Session::refresh_tool(int t, ToolSnapshot& tool) const {
+  const PlannerView& planner = state_->planner_view;
+  const Monitor& monitor = state_->monitor;
+  const bool leads = tool.state == SupervisionState::kEngaged || tool.state == SupervisionState::kHolding;
+  tool.target = planner.targets[t];
+  tool.X_base_tool = {monitor.arm().p(t), Quaternion(monitor.arm().R(t))};
+  tool.local_acceleration = monitor.local_acceleration(t);
+  tool.tracking_error = leads ? planner.tracking_error[t] : std::numeric_limits<double>::quiet_NaN();
+  if (!leads) tool.target.X_base_tool = tool.X_base_tool;  // the next grip starts there
+  tool.gripper = state_->control_view.measured.gripper[t];
+  tool.gripper_command = state_->control_view.command.gripper[t];
+  tool.predicted = tool.state == SupervisionState::kEngaged ? planner.reference.nodes : 0;
+  tool.prediction = planner.reference.tools[t];
+  tool.liquid = monitor.liquid(t);
 }
 
 Status Session::set_cell(const Cell& cell, Time at) {
@@ -345,10 +367,10 @@ Result<Kinematics> Session::arm_at(Time at) const {
   return arm;
 }
 
-Status Session::attach(const std::string& object, Time at) {
+Status Session::attach(const std::string& object, Time at, int tool) {
   const Result<Kinematics> arm = arm_at(at);
   if (!arm) return arm.error();
-  return change_cell([&](Cell cell) { return steadyhand::attach(std::move(cell), object, *arm); }, at);
+  return change_cell([&](Cell cell) { return steadyhand::attach(std::move(cell), object, *arm, tool); }, at);
 }
 
 Status Session::detach(const std::string& object, Time at) {
@@ -403,7 +425,7 @@ LiveSummary Session::summarize() {
   s.solve_us = links_->solve_us.summary();
   s.wake_us = links_->wake_us.summary();
   s.monitor = state_->monitor.result();
-  s.spilled = s.spilled || state_->monitor.liquid().spilled;
+  s.spilled = s.spilled || state_->monitor.spilled();
   return s;
 }
 

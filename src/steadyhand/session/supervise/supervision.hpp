@@ -46,21 +46,25 @@ enum class ReasonCode : std::uint8_t {
   kNoPose,        ///< no pose of the hand was received for a while
   kHandBack,      ///< poses can be trusted again
   kPlannerLate,   ///< no plan was received for a while
+  kOtherLost,     ///< poses of the other hand cannot be trusted
+  kOtherSilent,   ///< the other hand's device stopped sending
 };
 
 /// Likewise.
 constexpr auto names_of(ReasonCode) {
   using enum ReasonCode;
-  return named("ReasonCode",
-               {Name{kStarting, "starting"}, Name{kArmStopped, "arm_stopped", "by itself"},
-                Name{kFailed, "failed", "a part of the program"}, Name{kReady, "ready", "the arm takes commands"},
-                Name{kStopAsked, "stop_asked"}, Name{kStalled, "stalled", "the control loop missed cycles"},
-                Name{kOffPath, "off_path", "the arm is not at its commanded position"}, Name{kReset, "reset"},
-                Name{kSilent, "silent", "the device stopped sending"}, Name{kReleased, "released"},
-                Name{kProfileWaits, "profile_waits", "released, because a profile starts after the arm has stopped"},
-                Name{kGripped, "gripped"}, Name{kHandLost, "hand_lost", "poses cannot be trusted"},
-                Name{kNoPose, "no_pose", "no pose was received for a while"}, Name{kHandBack, "hand_back"},
-                Name{kPlannerLate, "planner_late"}});
+  return named(
+      "ReasonCode",
+      {Name{kStarting, "starting"}, Name{kArmStopped, "arm_stopped", "by itself"},
+       Name{kFailed, "failed", "a part of the program"}, Name{kReady, "ready", "the arm takes commands"},
+       Name{kStopAsked, "stop_asked"}, Name{kStalled, "stalled", "the control loop missed cycles"},
+       Name{kOffPath, "off_path", "the arm is not at its commanded position"}, Name{kReset, "reset"},
+       Name{kSilent, "silent", "the device stopped sending"}, Name{kReleased, "released"},
+       Name{kProfileWaits, "profile_waits", "released, because a profile starts after the arm has stopped"},
+       Name{kGripped, "gripped"}, Name{kHandLost, "hand_lost", "poses cannot be trusted"},
+       Name{kNoPose, "no_pose", "no pose was received for a while"}, Name{kHandBack, "hand_back"},
+       Name{kPlannerLate, "planner_late"}, Name{kOtherLost, "other_lost", "poses of the other hand cannot be trusted"},
+       Name{kOtherSilent, "other_silent", "the other hand's device stopped sending"}});
 }
 
 /// A reason, and whose hand was on the clutch then.
@@ -77,6 +81,7 @@ struct SupervisionChange {
   std::string_view reason;                          ///< static text
   bool is_failure = false;                          ///< the arm stops without a request
   ReasonCode code = ReasonCode::kStarting;          ///< code of reason
+  int tool = 0;                                     ///< of the hand; what concerns the arm comes once for each tool
 };
 
 /// Times after which the arm is no longer engaged.
@@ -85,6 +90,7 @@ struct SupervisorSettings {
   double disengage_after = 0.25;     ///< s without a message from the device: disengage
   double planner_late_after = 0.25;  ///< s without a new plan while engaged: hold
   double arm_late_after = 10.0;      ///< s in idle: report that the arm does not follow yet, again and again
+  bool together = true;              ///< with a hand that is lost or silent, the tool of the other rests too
 };
 
 /// s of live sessions, without a sample, after which a closed clutch means nothing.

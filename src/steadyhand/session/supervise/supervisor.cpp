@@ -30,9 +30,12 @@ constexpr Transition kTransitions[] = {
     {State::kEngaged, Event::kStalled, State::kStopping, "the control loop stalled"},
     {State::kEngaged, Event::kOffPath, State::kStopping, "the arm is not at its commanded position"},
     {State::kEngaged, Event::kSilence, State::kReady, "the device stopped sending: release and engage again"},
+    {State::kEngaged, Event::kOtherSilent, State::kReady,
+     "the other hand's device stopped sending: release and engage again"},
     {State::kEngaged, Event::kReleased, State::kReady, "released"},
     {State::kEngaged, Event::kGripped, State::kEngaged, "the arm is engaged"},  // the release was not seen
     {State::kEngaged, Event::kHandLost, State::kHolding, ""},
+    {State::kEngaged, Event::kOtherLost, State::kHolding, "the other hand is lost"},
     {State::kEngaged, Event::kPlannerLate, State::kHolding, "the planner is late"},
 
     {State::kHolding, Event::kArmStopped, State::kFault, ""},
@@ -41,6 +44,8 @@ constexpr Transition kTransitions[] = {
     {State::kHolding, Event::kStalled, State::kStopping, "the control loop stalled"},
     {State::kHolding, Event::kOffPath, State::kStopping, "the arm is not at its commanded position"},
     {State::kHolding, Event::kSilence, State::kReady, "the device stopped sending: release and engage again"},
+    {State::kHolding, Event::kOtherSilent, State::kReady,
+     "the other hand's device stopped sending: release and engage again"},
     {State::kHolding, Event::kReleased, State::kReady, "released"},
     {State::kHolding, Event::kHandBack, State::kEngaged, "the hand is back"},
 
@@ -74,8 +79,10 @@ constexpr EventTexts kEvents[] = {
     {Event::kHandLost, ReasonCode::kHandLost},
     {Event::kHandBack, ReasonCode::kHandBack, "the policy's targets are back", "the demo motion continues"},
     {Event::kPlannerLate, ReasonCode::kPlannerLate},
+    {Event::kOtherLost, ReasonCode::kOtherLost},
+    {Event::kOtherSilent, ReasonCode::kOtherSilent, "another tool's targets are not received: start the turn again"},
 };
-static_assert(std::size(kEvents) == std::size_t{1} + static_cast<std::size_t>(Event::kPlannerLate));
+static_assert(std::size(kEvents) == std::size_t{1} + static_cast<std::size_t>(Event::kOtherSilent));
 
 const EventTexts& texts_of(Event event) {
   return *std::find_if(std::begin(kEvents), std::end(kEvents), [&](const EventTexts& e) { return e.event == event; });
@@ -122,9 +129,13 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
     case Event::kHandLost:
       return !trusted;
     case Event::kHandBack:
-      return received && trusted && hand.clutch && input.last_plan > since_;
+      return received && trusted && hand.clutch && input.last_plan > since_ && !input.other_lost;
     case Event::kPlannerLate:
       return passed(settings_.planner_late_after, std::max(input.last_plan, since_));
+    case Event::kOtherLost:
+      return input.other_lost;
+    case Event::kOtherSilent:
+      return input.other_silent;
   }
   return false;
 }

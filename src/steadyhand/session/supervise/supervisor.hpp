@@ -21,6 +21,8 @@ struct SupervisionInput {
   bool stalled = false;        ///< the loop missed too many cycles
   Time last_plan{0};           ///< when the last new plan was taken
   HandReport hand;
+  bool other_lost = false;    ///< so is the hand of another tool that follows, see Supervisor::loses_hand
+  bool other_silent = false;  ///< the same of Supervisor::misses_device
 };
 
 /// Events that may change the state. Several may be true in one cycle.
@@ -39,6 +41,8 @@ enum class SupervisionEvent {
   kHandLost,     ///< the pose cannot be trusted
   kHandBack,     ///< it can again, and plans come
   kPlannerLate,  ///< no new plan for a while
+  kOtherLost,    ///< kHandLost of another tool's hand
+  kOtherSilent,  ///< kSilence of another tool's hand
 };
 
 /// A transition between states. The first row of the table that applies is taken.
@@ -52,13 +56,24 @@ struct Transition {
 /// All of them.
 std::span<const Transition> transitions();
 
-/// Decides what the arm may do; nothing else does. Pure logic without a clock; control thread; allocates nothing.
+/// Decides what the arm may do; nothing else does. A robot with several tools has one for each; what concerns the arm
+/// is the same for all, so that they halt, and are reset, in the same cycle. Pure logic without a clock; control
+/// thread; allocates nothing.
 class Supervisor {
  public:
   explicit Supervisor(const SupervisorSettings& settings = {}) : settings_(settings) {}
 
   /// Call it once a cycle. @return the row that was taken, or null if the state stays
   const Transition* update(const SupervisionInput& input);
+
+  /// Before update(): whether the tool follows, or holds for, a hand that cannot be trusted now.
+  bool loses_hand(const SupervisionInput& input) const {
+    return leads() && happened(SupervisionEvent::kHandLost, input);
+  }
+  /// The same of a hand whose device has stopped sending.
+  bool misses_device(const SupervisionInput& input) const {
+    return leads() && happened(SupervisionEvent::kSilence, input);
+  }
 
   SupervisionState state() const { return state_; }
   std::string_view reason() const { return reason_; }  ///< for people
@@ -76,6 +91,7 @@ class Supervisor {
  private:
   const Transition* step(const SupervisionInput& input);
   bool happened(SupervisionEvent event, const SupervisionInput& input) const;
+  bool leads() const { return state_ == SupervisionState::kEngaged || state_ == SupervisionState::kHolding; }
 
   SupervisorSettings settings_;
   SupervisionState state_ = SupervisionState::kIdle;

@@ -17,7 +17,8 @@ struct ThingState {
   Vector3 velocity = Vector3::Zero();  ///< m/s, base frame
   Vector3 turning = Vector3::Zero();   ///< rad/s, base frame
   std::uint32_t touches = 0;           ///< a bit for each thing that it is in contact with, by index
-  bool grasped = false;                ///< two fingers of the gripper touch it
+  bool grasped = false;                ///< two fingers of a gripper touch it
+  int grasped_by = 0;                  ///< index of the tool that this gripper is; of two, that which did first
 };
 
 /// A simulated scene at one time: the things that its task names, in that order.

@@ -27,6 +27,11 @@ Quaternion about_z(double angle) { return Quaternion(Eigen::AngleAxisd(angle, Ve
 
 }  // namespace
 
+ScriptedOperator::ScriptedOperator(const Task& task) : task_(&task) {
+  for (const Move& move : task.moves) hands_ = std::max(hands_, static_cast<std::size_t>(move.tool) + 1);
+  for (int t = 0; t < kMaxTools; ++t) samples_[t].tool = t;
+}
+
 ScriptedOperator ScriptedOperator::taking_over(const Task& task, const SceneState& scene) {
   ScriptedOperator hand(task);
   const auto closes = [](const Move& move) { return move.gripper.value_or(0.0) > 0.5; };
@@ -34,49 +39,50 @@ ScriptedOperator ScriptedOperator::taking_over(const Task& task, const SceneStat
   if (closing == task.moves.end()) return hand;
   bool grasped = false;
   for (int i = 0; i < scene.things; ++i) grasped |= scene.thing[static_cast<std::size_t>(i)].grasped;
-  hand.gripper_ = grasped ? 1.0 : 0.0;
+  hand.samples_[closing->tool].gripper = grasped ? 1.0 : 0.0;
   if (grasped) hand.first_ = closing - task.moves.begin() + 1;
   return hand;
 }
 
-OperatorSample ScriptedOperator::update(Time now, const SceneState& scene, const Pose& X_base_tool, double gripper) {
+std::span<const OperatorSample> ScriptedOperator::update(Time now, const SceneState& scene,
+                                                         const PerTool<SeenTool>& tools) {
   if (!std::exchange(begun_, true)) start_ = now;
-  gripped_ = to_seconds(now - start_) >= kBeforeGrip;
-  if (!gripped_) hand_ = X_base_tool;
+  for (std::size_t t = 0; t < hands_; ++t) {
+    samples_[t].stamp = {now, now};
+    const bool moves = std::ranges::any_of(
+        task_->moves, [&](const Move& move) { return move.tool == static_cast<int>(t) && !move.gripper; });
+    samples_[t].clutch = moves && to_seconds(now - start_) >= kBeforeGrip;
+    if (!samples_[t].clutch) samples_[t].X_operator_hand = tools[t].X_base_tool;
+  }
   if (to_seconds(now - start_) < kBeforeGrip + kAtGrip) {
-    begin_move(now, scene, X_base_tool);
+    begin_move(now, scene, tools);
   } else if (!is_done()) {
+    const int tool = task_->moves[static_cast<std::size_t>(move_)].tool;
     const double share = std::clamp(to_seconds(now - move_start_) / duration_, 0.0, 1.0);
     const double part = minimum_jerk(share);
-    hand_.p = from_.p + part * (to_.p - from_.p);
-    hand_.q = from_.q.slerp(part, to_.q);
-    if (share >= 1.0 && is_over(now, X_base_tool, gripper)) {
+    samples_[tool].X_operator_hand = {from_.p + part * (to_.p - from_.p), from_.q.slerp(part, to_.q)};
+    if (share >= 1.0 && is_over(now, tools[tool])) {
       ++move_;
-      begin_move(now, scene, X_base_tool);
+      begin_move(now, scene, tools);
     }
   }
-  OperatorSample sample;
-  sample.stamp = {now, now};
-  sample.X_operator_hand = hand_;
-  sample.clutch = gripped_;
-  sample.gripper = gripper_;
-  return sample;
+  return std::span(samples_).first(hands_);
 }
 
-void ScriptedOperator::begin_move(Time now, const SceneState& scene, const Pose& X_base_tool) {
+void ScriptedOperator::begin_move(Time now, const SceneState& scene, const PerTool<SeenTool>& tools) {
   move_ = std::max(move_, first_);
   move_start_ = rest_since_ = now;
-  last_tool_ = X_base_tool;
-  from_ = to_ = hand_;
   duration_ = kShortest;
   if (is_done()) return;
   const Move& move = task_->moves[static_cast<std::size_t>(move_)];
+  last_tool_ = tools[move.tool];
+  from_ = to_ = samples_[move.tool].X_operator_hand;
   if (move.gripper) {
-    gripper_ = move.gripper;
+    samples_[move.tool].gripper = move.gripper;
     duration_ = kFingersNeed;
     return;
   }
-  to_ = goal(move, scene, X_base_tool);
+  to_ = goal(move, scene, last_tool_.X_base_tool);
   const double way = (to_.p - from_.p).norm(), turn = from_.q.angularDistance(to_.q);
   duration_ = std::max({kShortest, kPeakToMean * way / move.speed, kPeakToMean * turn / kTurnRate});
 }
@@ -101,16 +107,15 @@ Pose ScriptedOperator::goal(const Move& move, const SceneState& scene, const Pos
 }
 
 /// True once the tool is stationary at its goal, or the fingers are stationary, or after kPatience.
-bool ScriptedOperator::is_over(Time now, const Pose& X_base_tool, double gripper) {
+bool ScriptedOperator::is_over(Time now, const SeenTool& tool) {
   const Move& move = task_->moves[static_cast<std::size_t>(move_)];
-  const bool moves = move.gripper ? std::abs(gripper - last_gripper_) > kStandsGripper
-                                  : (X_base_tool.p - last_tool_.p).norm() > kStands ||
-                                        X_base_tool.q.angularDistance(last_tool_.q) > kStands;
-  const bool is_there = move.gripper || (X_base_tool.p - to_.p).norm() < kThere;
+  const Pose &at = tool.X_base_tool, &last = last_tool_.X_base_tool;
+  const bool moves = move.gripper ? std::abs(tool.gripper - last_tool_.gripper) > kStandsGripper
+                                  : (at.p - last.p).norm() > kStands || at.q.angularDistance(last.q) > kStands;
+  const bool is_there = move.gripper || (at.p - to_.p).norm() < kThere;
   if (moves) {
     rest_since_ = now;
-    last_tool_ = X_base_tool;
-    last_gripper_ = gripper;
+    last_tool_ = tool;
   }
   const double over = to_seconds(now - move_start_) - duration_;
   return (is_there && now - rest_since_ >= kRest) || over > kPatience;

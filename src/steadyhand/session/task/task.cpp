@@ -1,6 +1,7 @@
 #include "steadyhand/session/task/task.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,19 @@ std::optional<int> Task::find(const std::string& thing) const {
   const auto found = std::find(things.begin(), things.end(), thing);
   if (found == things.end()) return std::nullopt;
   return static_cast<int>(found - things.begin());
+}
+
+Status find_tools(Task& task, const std::vector<std::string>& tools) {
+  for (std::size_t i = 0; i < task.moves.size(); ++i) {
+    Move& move = task.moves[i];
+    const auto found = std::find(tools.begin(), tools.end(), move.tool_name);
+    if (!move.tool_name.empty() && found == tools.end()) {
+      return Error{fmt::format("task '{}': moves[{}].tool is '{}'; the robot's tools are: {}", task.name, i,
+                               move.tool_name, fmt::join(tools, ", "))};
+    }
+    move.tool = move.tool_name.empty() ? 0 : static_cast<int>(found - tools.begin());
+  }
+  return Done{};
 }
 
 Result<std::vector<Pose>> draw_places(const Task& task, std::uint64_t seed) {

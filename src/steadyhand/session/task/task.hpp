@@ -46,8 +46,10 @@ struct KeptOff {
   std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm
 };
 
-/// One step of a task: the tool, or an object that it holds, moves to a thing, or the gripper opens or closes.
+/// One step of a task: a tool, or an object that it holds, moves to a thing, or its gripper opens or closes.
 struct Move {
+  std::string tool_name{};           ///< of the robot's tools; empty: the first
+  int tool = 0;                      ///< its index, see find_tools
   std::optional<double> gripper;     ///< 0 open to 1 closed; absent: the tool moves
   std::optional<int> lead;           ///< index into Task::things of the object to move there; absent: the tool
   int to = 0;                        ///< index into Task::things
@@ -80,6 +82,9 @@ struct Task {
   /// Index of a thing, if there is one of this name.
   std::optional<int> find(const std::string& thing) const;
 };
+
+/// Sets Move::tool. Fails on a tool that is none of the robot's. @param tools names
+Status find_tools(Task& task, const std::vector<std::string>& tools);
 
 /// Draws a place for each of Task::placings from the seed, no two nearer than Task::apart. Fails if none is found in a
 /// thousand draws.
