@@ -30,7 +30,7 @@ async function look(page, what) {
     const now = await state(page);
     if (now.reason_code === 'planner_late' && was !== now.reason_code) ++holds;
     was = now.reason_code;
-    spilled = Math.max(spilled, now.liquid.spilled_share);
+    spilled = Math.max(spilled, now.tools[0].liquid.spilled_share);
     await page.waitForTimeout(200);
   }
   const after = await seen(), passed = (Date.now() - begin) / 1000, each = (name) => after[name] - before[name];
@@ -46,11 +46,11 @@ try {
   await startProgram();
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } }), page = await context.newPage();
   await page.goto(newestAddress());
-  await until(() => page.evaluate(() => globalThis.steadyhand?.stage.arm?.meshes.length === 7 && globalThis.steadyhand.session.state?.engaged), 'the demo motion');
+  await until(() => page.evaluate(() => globalThis.steadyhand?.stage.arm?.meshes.length >= 7 && globalThis.steadyhand.session.state?.tools[0].engaged), 'the demo motion');
   await page.waitForTimeout(5000);
   await look(page, 'led');
   await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'take' }));
-  await until(async () => !(await state(page)).engaged, 'the demo motion to end');
+  await until(async () => !(await state(page)).tools[0].engaged, 'the demo motion to end');
   await page.waitForTimeout(4000);
   await look(page, 'at rest');
 } finally {

@@ -39,7 +39,7 @@ const pixel = (of, place) => of.evaluate((at) => {
  */
 const dragTo = (of, handle, wanted, close) => until(async () => {
   await ready(of); // with control, which a page that draws slowly may lose
-  const { tool, target } = await state(of);
+  const { tools: [{ pose: tool, target }] } = await state(of);
   const there = (p) => p.map((x, i) => (handle.includes('XYZ'[i]) ? wanted[i] : x));
   if (distance(tool.p, there(tool.p)) < close) return true;
   const grip = await findHandle(of, handle);

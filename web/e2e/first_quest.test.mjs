@@ -61,7 +61,7 @@ const ACTS = {
   'Look forward and press A': () => tap('a-button'),
   'Squeeze the grip': async () => {
     await squeeze();
-    risen = (await state(watcher)).tool.p[2];
+    risen = (await state(watcher)).tools[0].pose.p[2];
   },
   'raise the hand': () => until(async () => {
     if ((await state(watcher)).state !== 'engaged') await squeeze();
@@ -70,7 +70,7 @@ const ACTS = {
       await page.waitForTimeout(30);
     }
     await page.waitForTimeout(300);
-    return (await state(watcher)).tool.p[2] > risen + 0.03;
+    return (await state(watcher)).tools[0].pose.p[2] > risen + 0.03;
   }, 'the glass to rise'),
   Release: async () => {
     await press('squeeze', 0);
@@ -100,11 +100,11 @@ const ACTS = {
     await press('b-button', 0);
   },
   'Close the menu': async () => {
-    const { tool } = await state(watcher);
+    const { tools: [{ pose: tool }] } = await state(watcher);
     await device("device.updateVisibilityState('visible')");
     await page.waitForTimeout(500);
     assert.equal((await state(watcher)).state, 'ready');
-    assert.ok(distance((await state(watcher)).tool.p, tool.p) < 0.002, 'nothing moves');
+    assert.ok(distance((await state(watcher)).tools[0].pose.p, tool.p) < 0.002, 'nothing moves');
   },
   Recentre: async () => {
     await device('device.recenter()');

@@ -154,7 +154,7 @@ export async function open(options = {}) {
   opened.on('request', (request) => opened.requests.push(request.url()));
   const to = options.watch ? plainAddress() : newestAddress();
   await opened.goto(options.cable?.to(to) ?? to, { waitUntil: 'commit', timeout: PATIENCE });
-  await until(async () => (await options.alive?.(opened), opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7)), 'the page');
+  await until(async () => (await options.alive?.(opened), opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length >= 7)), 'the page');
   // Without a graphics card a frame takes so long that the hand would time out.
   if (!options.drawn) await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   return opened;
@@ -235,7 +235,7 @@ export async function watch() {
   await client.evaluate(() => {
     const session = { welcome: null, state: null, yours: false, paired: false, holder: 0, errors: [] };
     const socket = new WebSocket(`ws://${location.host}/live`);
-    socket.onopen = () => socket.send('{"type":"hello","version":2}');
+    socket.onopen = () => socket.send('{"type":"hello","version":3}');
     socket.onmessage = (event) => {
       const message = JSON.parse(event.data);
       if (message.type === 'welcome') session.welcome = message;

@@ -91,10 +91,10 @@ const squeeze = (side) => until(async () => {
 }, `the ${side} controller to lead the arm`);
 /** The arm is not engaged, and stays where it is for so many ms. */
 async function staysPut(ms, why) {
-  const { tool } = await state(watcher);
+  const { tools: [{ pose: tool }] } = await state(watcher);
   await page.waitForTimeout(ms);
   const now = await state(watcher);
-  assert.ok(now.state !== 'engaged' && distance(now.tool.p, tool.p) < 0.002, `${why}: ${now.state}, moved by ${distance(now.tool.p, tool.p)} m`);
+  assert.ok(now.state !== 'engaged' && distance(now.tools[0].pose.p, tool.p) < 0.002, `${why}: ${now.state}, moved by ${distance(now.tools[0].pose.p, tool.p)} m`);
 }
 
 beforeEach(async () => {
@@ -140,7 +140,7 @@ test('leads, feels limits, loses the hand, scales, looks forward, also in the re
   }, 'the hand to lead the glass');
   await until(async () => {
     await connect('right', true);
-    await lead(0.2, async () => (await state(watcher)).tool.p[2] > begin.tool.p[2] + 0.04);
+    await lead(0.2, async () => (await state(watcher)).tools[0].pose.p[2] > begin.tools[0].pose.p[2] + 0.04);
     await connect('right', false);
     await until(async () => (await state(watcher)).state !== 'engaged', 'the arm to disengage');
     const held = await state(watcher);
@@ -272,8 +272,8 @@ test('a second squeeze steals nothing, and gets nothing when the first lets go',
     await raise('right', way);
     const end = await state(watcher);
     if (![begin, after, end].every((seen) => seen.state === 'engaged')) return false; // the hand timed out meanwhile
-    assert.ok(distance(after.target.p, begin.target.p) < 0.01, 'the left hand leads nothing');
-    return Math.sign(way) * (end.target.p[2] - begin.target.p[2]) > 0.02;
+    assert.ok(distance(after.tools[0].target.p, begin.tools[0].target.p) < 0.01, 'the left hand leads nothing');
+    return Math.sign(way) * (end.tools[0].target.p[2] - begin.tools[0].target.p[2]) > 0.02;
   }, 'the right hand to lead the arm, and the left one not');
   await press('right', 'squeeze', 0);
   await inState(watcher, 'ready');
@@ -353,7 +353,7 @@ test('recentring lets go, and asks for forward anew', async () => {
   await page.evaluate(() => globalThis.emulatedHeadset.recenter());
   await inState(watcher, 'ready');
   await rest(watcher);
-  assert.ok(distance((await state(watcher)).tool.p, begin.tool.p) < 0.02, 'the new origin moved no arm');
+  assert.ok(distance((await state(watcher)).tools[0].pose.p, begin.tools[0].pose.p) < 0.02, 'the new origin moved no arm');
   await staysPut(400, 'the grip is held from before');
   await press('right', 'squeeze', 0);
   await boardSays('press A');

@@ -104,7 +104,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   await page.click('input[name=profile][value=tracking]');
   await page.selectOption('#playback', 'carrying');
   const spills = () => until(async () => {
-    const { liquid, controls } = await state(page);
+    const { tools: [{ liquid }], controls } = await state(page);
     if (!liquid.spilled && controls.playback === -1) { // on a busy machine the page timed out, which ends the recording
       await ready(page);
       await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
@@ -139,7 +139,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   await ready(page);
   await say(page, { type: 'request', kind: 'profile', text: 'carry' });
   await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
-  await until(async () => !(await state(page)).liquid.spilled, 'a full glass');
+  await until(async () => !(await state(page)).tools[0].liquid.spilled, 'a full glass');
   assert.deepEqual(page.complaints, []);
 });
 
@@ -160,7 +160,7 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
       }
     },
   };
-  await lead(watcher, mouse, async () => (await isEngaged(watcher)) && distance((await state(watcher)).tool.p, begin.tool.p) > 0.03, 'the glass to follow');
+  await lead(watcher, mouse, async () => (await isEngaged(watcher)) && distance((await state(watcher)).tools[0].pose.p, begin.tools[0].pose.p) > 0.03, 'the glass to follow');
   const delay = await page.evaluate(() => { const d = [...globalThis.steadyhand.hand.delays].sort((a, b) => a - b); return [d[Math.floor(0.5 * d.length)], d[Math.floor(0.99 * d.length)]]; });
   assert.ok(delay[0] >= 0, 'the age of input events at their way out was measured');
   console.log(`input event to WebSocket: median ${(1000 * delay[0]).toFixed(1)} ms, p99 ${(1000 * delay[1]).toFixed(1)} ms`);
@@ -171,8 +171,8 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   await rest(watcher);
   const left = await state(watcher);
   await page.waitForTimeout(500);
-  assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002, 'the arm stays where it was left');
-  assert.ok(distance(left.target.p, left.tool.p) < 1e-5 && left.tracking_error === null, 'nothing is wanted of it, and the handles are at the glass');
+  assert.ok(distance((await state(watcher)).tools[0].pose.p, left.tools[0].pose.p) < 0.002, 'the arm stays where it was left');
+  assert.ok(distance(left.tools[0].target.p, left.tools[0].pose.p) < 1e-5 && left.tools[0].tracking_error === null, 'nothing is wanted of it, and the handles are at the glass');
 
   // The watcher's samples do nothing; its stop does.
   if (!SITE) {
@@ -185,7 +185,7 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   // The arm follows all motion of a drag that ends before the grip starts: the glass moves to the pointer.
   const glass = () => page.evaluate(() => {
     const { stage } = globalThis.steadyhand, { camera } = stage.view, { left, top, width, height } = document.querySelector('#scene').getBoundingClientRect();
-    const at = stage.arm.tool.getWorldPosition(camera.position.clone()).project(camera);
+    const at = stage.arm.tools[0].getWorldPosition(camera.position.clone()).project(camera);
     return [left + (0.5 + at.x / 2) * width, top + (0.5 - at.y / 2) * height];
   });
   const pressed = await pressTarget(page), was = await glass();
@@ -250,7 +250,7 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await until(async () => (await weight(page, 'lateral')) === 20, 'the weight');
   await page.waitForSelector('#changed:not([hidden])');
   await page.evaluate(() => document.activeElement?.blur());
-  await lead(page, key('KeyE'), async () => (await isEngaged(page)) && (await state(page)).tool.p[2] > begin.tool.p[2] + 0.05, 'the glass to rise');
+  await lead(page, key('KeyE'), async () => (await isEngaged(page)) && (await state(page)).tools[0].pose.p[2] > begin.tools[0].pose.p[2] + 0.05, 'the glass to rise');
   await page.keyboard.press('Space');
   await inState(page, 'stopping');
   await page.keyboard.up('KeyE');
@@ -290,7 +290,7 @@ test('a box is added, dragged over the floor, and removed', async () => {
   const attached = async () => (await box()).attached;
   await until(async () => (await attached()) || (await page.click('#carry-object'), false), 'the tool to take the box');
   const carried = () => page.evaluate(() => {
-    const { stage, session } = globalThis.steadyhand, [x, y, z] = session.state.tool.p, at = stage.surroundings.solid('box 1').position;
+    const { stage, session } = globalThis.steadyhand, [x, y, z] = session.state.tools[0].pose.p, at = stage.surroundings.solid('box 1').position;
     return Math.hypot(at.x - x, at.y - y, at.z - z);
   });
   await until(() => page.evaluate(() => document.querySelector('#carry-object').textContent === 'Put down' && /The arm carries box 1/.test(document.querySelector('#objects-hint').textContent)), 'the button to put it down');
@@ -484,14 +484,14 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await page.click('#recordings li:nth-child(2) .row button');
   await until(() => page.isVisible('#past'), 'the first one');
   await page.click('#recordings li:first-child button:has-text("Compare")');
-  await until(() => page.evaluate(() => globalThis.steadyhand.stage.base.children.filter((part) => part.visible && part.tool).length === 2), 'a second arm');
+  await until(() => page.evaluate(() => globalThis.steadyhand.stage.base.children.filter((part) => part.visible && part.tools).length === 2), 'a second arm');
   assert.match(await page.textContent('#past-figures'), /^Compared.*Lateral mean.*Spilled.*Active limits/);
   assert.match(await page.textContent('#past-name'), /^Today \d\d:/);
   assert.match(await page.textContent('#past-figures'), /Active limits\d+ ×, \d+\.\d a minute/);
   await page.click('#past-compared');
   await page.click('#past-close');
   assert.ok(!(await page.isVisible('#past-compare')), 'no heading without figures');
-  await until(() => page.evaluate(() => globalThis.steadyhand.stage.base.children.filter((part) => part.visible && part.tool).length === 1), 'one arm');
+  await until(() => page.evaluate(() => globalThis.steadyhand.stage.base.children.filter((part) => part.visible && part.tools).length === 1), 'one arm');
   const edit = async (act) => {
     await until(async () => (await page.$('.edit')) ?? (await page.click('#recordings li:first-child button:has-text("Edit")'), false), 'the form');
     await act();
@@ -540,7 +540,7 @@ test('a picture makes nothing anew', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async
 test('the page is laid out anew with its words, and not with each plot or picture', IN_CHROMIUM, async () => {
   page = await open({ context: { viewport: { width: 1280, height: 800 } }, prepare: withoutPixels });
   await page.evaluate(() => globalThis.steadyhand.stage.setQuality(0));
-  await until(async () => (await state(page)).engaged, 'a motion');
+  await until(async () => (await state(page)).tools[0].engaged, 'a motion');
   const tools = await page.context().newCDPSession(page);
   await tools.send('Performance.enable');
   const layouts = async () => (await tools.send('Performance.getMetrics')).metrics.find(({ name }) => name === 'LayoutCount').value;
@@ -566,7 +566,7 @@ test('a gripper is drawn as far open as it is, and no glass', NEEDS_PROGRAM, asy
   page = await open();
   await until(async () => (await facts(page)).paired, 'the page to be paired');
   await ready(page);
-  const seen = () => page.evaluate(() => { const { stage } = globalThis.steadyhand; return { glass: stage.glass.visible, gap: stage.arm.gripper.gap }; });
+  const seen = () => page.evaluate(() => { const { stage } = globalThis.steadyhand; return { glass: stage.glass.visible, gap: stage.arm.grippers[0].gap }; });
   await until(async () => Math.abs((await seen()).gap - 0.086) < 0.002, 'an open gripper');
   assert.equal((await seen()).glass, false);
   await page.evaluate(() => document.activeElement?.blur());
@@ -613,7 +613,7 @@ test('says that it is not connected, comes back by itself, and moves nothing unt
   await rest(watcher);
   const left = await state(watcher);
   await page.waitForTimeout(700); // the key is still held
-  assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002);
+  assert.ok(distance((await state(watcher)).tools[0].pose.p, left.tools[0].pose.p) < 0.002);
   await page.keyboard.up('KeyD');
   await ready(page);
   await lead(page, key('KeyD'), () => isEngaged(watcher), 'a fresh grip to lead the arm');
@@ -678,7 +678,7 @@ test('a finger leads the arm on a phone, and a gamepad leads and stops it', IN_C
     },
   };
   let begin = await state(phone);
-  await lead(phone, touch, async () => (await isEngaged(phone)) && distance((await state(phone)).tool.p, begin.tool.p) > 0.03, 'the glass to follow the finger');
+  await lead(phone, touch, async () => (await isEngaged(phone)) && distance((await state(phone)).tools[0].pose.p, begin.tools[0].pose.p) > 0.03, 'the glass to follow the finger');
   await touch.release();
   await inState(phone, 'ready');
   await rest(phone);
@@ -691,13 +691,13 @@ test('a finger leads the arm on a phone, and a gamepad leads and stops it', IN_C
   const RIGHT_BUMPER = 5, B = 1;
   await gamepad([0, 0, 0, 0.5]);
   await phone.waitForTimeout(500);
-  assert.ok(distance((await state(phone)).tool.p, begin.tool.p) < 0.002, 'a stick alone moves nothing');
+  assert.ok(distance((await state(phone)).tools[0].pose.p, begin.tools[0].pose.p) < 0.002, 'a stick alone moves nothing');
   const sinking = { release: () => gamepad([0, 0, 0, 0]), grip: () => gamepad([0, 0, 0, 0.5], RIGHT_BUMPER) };
-  await lead(phone, sinking, async () => (await isEngaged(phone)) && (await state(phone)).tool.p[2] < begin.tool.p[2] - 0.04, 'the glass to sink');
+  await lead(phone, sinking, async () => (await isEngaged(phone)) && (await state(phone)).tools[0].pose.p[2] < begin.tools[0].pose.p[2] - 0.04, 'the glass to sink');
   await sinking.release();
   await inState(phone, 'ready');
   const aside = { release: sinking.release, grip: () => gamepad([-1, 0, 0, 0], RIGHT_BUMPER) };
-  await lead(phone, aside, async () => (await state(phone)).target.p[1] > 0.5, 'the glass to go aside');
+  await lead(phone, aside, async () => (await state(phone)).tools[0].target.p[1] > 0.5, 'the glass to go aside');
   await aside.release();
   await until(async () => { const { x, y } = await targetOnScreen(phone); return x > 0 && x < 360 && y > 120 && y < 400; }, 'the view to widen');
   await gamepad([0, 0, 0, 0.5], RIGHT_BUMPER, B);
@@ -833,7 +833,7 @@ test('a spill is told alike in the list, the replay and the report, whose link o
     await say(page, { type: 'request', kind: 'profile', text: profile });
     await record(page, true);
     await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
-    await until(async () => ((await state(page)).liquid.spilled || profile === 'carry') && isEngaged(page), 'a motion');
+    await until(async () => ((await state(page)).tools[0].liquid.spilled || profile === 'carry') && isEngaged(page), 'a motion');
     await page.waitForTimeout(1000);
     await say(page, { type: 'request', kind: 'playback', text: '' });
     await record(page, false);

@@ -34,7 +34,7 @@ async function played(seconds, rate) {
   module.begin(readFileSync(join(SITE, 'robots/ur5e.json'), 'utf8'), rate);
   const begin = 1000; // s, of a clock that began long ago
   module.join(1, begin);
-  module.receive(1, '{"type":"hello","version":2}', begin);
+  module.receive(1, '{"type":"hello","version":3}', begin);
   for (let t = 0; t < seconds; t += 0.008) module.advance(begin + t);
   return JSON.parse(state);
 }

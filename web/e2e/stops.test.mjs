@@ -28,10 +28,10 @@ async function reset(page, watcher) {
 }
 /** The arm stays where it is, at rest, for so many ms. */
 async function staysPut(watcher, ms, why) {
-  const { tool } = await state(watcher);
+  const { tools: [{ pose: tool }] } = await state(watcher);
   await watcher.waitForTimeout(ms);
   const now = await state(watcher);
-  assert.ok(now.state !== 'engaged' && distance(now.tool.p, tool.p) < 0.002, `${why}: ${now.state}, moved by ${distance(now.tool.p, tool.p)} m`);
+  assert.ok(now.state !== 'engaged' && distance(now.tools[0].pose.p, tool.p) < 0.002, `${why}: ${now.state}, moved by ${distance(now.tools[0].pose.p, tool.p)} m`);
 }
 
 test('Space stops the arm whatever has the focus, and does nothing else', async () => {
@@ -208,7 +208,7 @@ test('letters lead the arm also after a slider, a choice or a list was touched',
   for (const selector of ['#scale', 'input[name=profile]:checked', '#rate']) {
     await page.focus(selector);
     const begin = await state(watcher);
-    await lead(watcher, key(page, 'KeyE'), async () => (await isEngaged(watcher)) && distance((await state(watcher)).tool.p, begin.tool.p) > 0.01, `a key to lead the arm from ${selector}`);
+    await lead(watcher, key(page, 'KeyE'), async () => (await isEngaged(watcher)) && distance((await state(watcher)).tools[0].pose.p, begin.tools[0].pose.p) > 0.01, `a key to lead the arm from ${selector}`);
     await page.keyboard.up('KeyE');
     await inState(watcher, 'ready');
   }
@@ -323,7 +323,7 @@ test('the puddle of now is not beside the past', { ...IN_CHROMIUM, ...NEEDS_PROG
   await ready(page);
   const spills = (spilled) => page.evaluate((is) => {
     const { session, stage } = globalThis.steadyhand, at = performance.now() / 1000;
-    stage.show({ ...session.state, liquid: { ...session.state.liquid, spilled: is } }, false, at);
+    stage.show({ ...session.state, tools: [{ ...session.state.tools[0], liquid: { ...session.state.tools[0].liquid, spilled: is } }] }, false, at);
     return stage.spilled;
   }, spilled);
   assert.equal(await spills(true), true);

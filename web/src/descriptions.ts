@@ -29,28 +29,35 @@ export interface Robot {
   pairs: [number, number][];
 }
 
-/** Of the first tool, if it is a gripper. */
-export const gripperOf = (robot: Robot | null | undefined): { closes_in: number } | undefined => robot?.tools?.[0]?.gripper;
+/** Of a tool, if it is a gripper. */
+export const gripperOf = (robot: Robot | null | undefined, tool = 0): { closes_in: number } | undefined => robot?.tools?.[tool]?.gripper;
+
+/** Joints on the way from the base to a tool, by index. */
+export function chainOf(robot: Pick<Robot, 'joints' | 'tools'>, tool: number): number[] {
+  const chain: number[] = [];
+  for (let link = robot.tools[tool]!.link; link > 0; link = robot.joints[link - 1]!.parent ?? link - 1) chain.unshift(link - 1);
+  return chain;
+}
 
 /** As in Body; a half-space is all with z <= 0. */
 type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
   { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' };
-/** Something solid around the arm; `origin` is in the base's frame, or in the tool's if `attached`, `velocity` m/s. `color`: "#rrggbb", "" or "none". */
-export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean; attached: boolean } & Shape;
+/** Something solid around the arm; `origin` is in the base's frame, or if `attached` in that of `tool` (absent: 0); `velocity` m/s. `color`: "#rrggbb", "" or "none". */
+export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean; attached: boolean; tool?: number } & Shape;
 /** @property at_s time on the session's clock of the poses of moving parts; nothing moves in a cell without it. */
 export interface Cell { name: string; at_s?: number; objects: CellObject[] }
 
-/** Where the glass is to go, m, in the base; a gate is passed, elsewhere the glass stays. */
+/** Where a glass is to go, m, in the base; a gate is passed, elsewhere the glass stays. */
 export interface StudyGoal { p: Vec3; radius: number; gate: boolean }
 
 /**
- * Content that the program of a study shows on the pages. `display_latency`: s by which states are drawn late on
- * purpose.
+ * Content that the program of a study shows on the pages. `other_goals`: of the other hand, at the same time.
+ * `display_latency`: s by which states are drawn late on purpose.
  */
 export type StudyContent = { title: string; participant: string; text: string } & (
   | { kind: 'text' }
   | { kind: 'question'; key: string; low: number; high: number; low_text: string; high_text: string; place: string }
-  | { kind: 'task'; goal: StudyGoal | null; following: StudyGoal | null; done: number; of: number; display_latency: number });
+  | { kind: 'task'; goal: StudyGoal | null; other_goals?: StudyGoal[]; following: StudyGoal | null; done: number; of: number; display_latency: number });
 /** A participant's answer. */
 export interface StudyReply { key: string; value: number }
 

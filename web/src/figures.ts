@@ -45,7 +45,7 @@ export function clock(seconds: number): string {
 /** Ends of a part's name that say what kind of thing a program takes it for. */
 const KIND = /_(joint|link|body|bottom|top)$/;
 /** What is counted on an arm: the number is a part's name. */
-const COUNTED = /(^|_)(wrist|joint|axis|finger)$/;
+const COUNTED = /(^|_)(wrist|joint|axis|finger|left|right)$/;
 
 /** A body or a joint as people call it: "forearm" of forearm_5, "wrist 3" of wrist_3_joint and of wrist_3_0. */
 export function partText(name: string): string {

@@ -16,7 +16,7 @@ function copy(from: Pose, to: MutablePose): void {
   for (let i = 0; i < 4; ++i) to.q[i] = from.q[i]!;
 }
 
-/** The operator's hand as it is sent to the server. One source controls it at a time. */
+/** A hand of the operator as it is sent to the server: it moves one tool. One source controls it at a time. */
 export class Hand {
   /** s, from the newest input event to its sample's way out; for the budget in docs/explanation/results.md. */
   readonly delays: number[] = [];
@@ -26,7 +26,6 @@ export class Hand {
   #released = -Infinity;
   /** s, when the grip requested control, which has not come yet. */
   #tookAt = -Infinity;
-  #sequence = 0;
   #gripper: number | null = null;
   readonly #pose = rest();
   readonly #origin = rest();
@@ -34,9 +33,10 @@ export class Hand {
   /**
    * @param allowed whether this hand may control the arm now. A grip counts only if that was so when it started, or
    * if the grip itself requested control, and that came within TAKEN_WITHIN
+   * @param tool index of the tool that it moves @param count of samples, common to all hands
    */
   constructor(private readonly connection: Pick<Connection, 'send'>, private readonly now: () => number,
-              private readonly allowed: () => boolean) {}
+              private readonly allowed: () => boolean, readonly tool = 0, private readonly count = { sequence: 0 }) {}
 
   get source(): string | null { return this.#source; }
   /** Closed, as it is sent to the server. */
@@ -128,9 +128,10 @@ export class Hand {
   }
 
   #sample(clutch: boolean, tracked: boolean, emulated: boolean, lead = 0): void {
-    const { p, q } = this.#pose, sample: Sample = { type: 'sample', sequence: ++this.#sequence, t_s: this.now(), p, q, clutch, tracked, emulated };
+    const { p, q } = this.#pose, sample: Sample = { type: 'sample', sequence: ++this.count.sequence, t_s: this.now(), p, q, clutch, tracked, emulated };
     if (lead > 0) sample.lead_s = lead;
     if (this.#gripper !== null) sample.gripper = this.#gripper;
+    if (this.tool > 0) sample.tool = this.tool;
     this.connection.send(sample);
   }
 }

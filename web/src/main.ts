@@ -3,7 +3,7 @@ import { browserSurroundings, Connection, workerSurroundings } from './connectio
 import { Cameras } from './cameras';
 import { FirstSteps } from './first_steps';
 import { Hand } from './hand';
-import { Drag } from './input/drag';
+import { Drag, listenForPresses } from './input/drag';
 import { Gamepads, Keys } from './input/keys';
 import { listenForShortcuts } from './input/shortcuts';
 import { Objects } from './input/objects';
@@ -53,7 +53,7 @@ const study = new StudyPanel(stage.base, delay, (key, value) => connection.send(
 const connection = new Connection(surroundings, code, (message) => delay.take(message, now()), (status) => {
   session.connectionBecame(status, connection.ended);
   if (status === 'open') return;
-  hand.letGo();
+  letGo();
   recordings.kept.cut(); // the Worker ends with its connection
 });
 
@@ -94,7 +94,10 @@ function take(message: ServerMessage): void {
   recordings.replay.rim = gripperOf(robot) ? 0 : 1000 * glass.height;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles, message.recordings);
   if (!robot) return;
+  if (session.hasTwo) canvas.ariaLabel = 'The arms, their glasses and targets. Tab chooses the other arm, Shift and Tab leave the scene';
+  if (session.hasTwo && drags.length < 2) drags.push(new Drag(stage, hands[1]!, session, wantLease, canvas, 1));
   joints = new Joints(element('joints', HTMLDivElement), robot);
+  session.active = 0; // of another robot
   void stage.setRobot(robot, glass);
 }
 
@@ -103,9 +106,20 @@ const tabs = new Tabs();
 const toList = (): void => { if (location.hash === '#recordings') tabs.show('recordings'); };
 toList();
 addEventListener('hashchange', toList);
-const hand = new Hand(connection, now, () => session.yours && !session.past);
+const count = { sequence: 0 };
+/** Of the robot's first and second tool. */
+const hands = [0, 1].map((tool) => new Hand(connection, now, () => session.yours && !session.past, tool, count));
+const letGo = () => hands.forEach((hand) => hand.letGo());
+/** The tool that mouse and keys move. */
+const activate = (tool: number) => { session.active = tool; };
+/** The same, by a key or a button: an engaged hand keeps its tool. */
+const choose = (tool: number) => {
+  if (hands.some(({ source }) => source !== null)) session.hint('Release first, then choose the other arm.', now());
+  else activate(tool);
+};
+
 const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement), (shown) => {
-  if (shown) hand.letGo();
+  if (shown) letGo();
   if (shown) tabs.show('recordings');
   stage.view.shows(shown);
   session.past = shown;
@@ -114,9 +128,9 @@ const recordings = new Recordings(element('recordings', HTMLUListElement), eleme
   panel.command(kind, to === undefined ? { text } : { text, to });
 }, () => session.lastError?.message ?? '', () => (session.paired ? surroundings.readToken() : ''));
 let recorded: boolean | null = null;
-const panel = new Panel(session, connection, hand);
+const panel = new Panel(session, connection, hands, choose);
 const episodes = new EpisodePanel(session, panel);
-const firstSteps = new FirstSteps(() => panel.playFirst(), () => hand.letGo(), () => fit());
+const firstSteps = new FirstSteps(() => panel.playFirst(), letGo, () => fit());
 const words = element('top', HTMLElement);
 const keepClear = () => {
   const right = Math.max(0, ...[...words.children].map((card) => (card as HTMLElement).offsetLeft + (card as HTMLElement).offsetWidth));
@@ -138,17 +152,27 @@ const stop = () => {
   foldAll();
 };
 element('stop', HTMLButtonElement).onclick = stop;
-const drag = new Drag(stage, hand, session, wantLease, canvas);
-const objects = new Objects(stage, drag, session, connection, canvas, () => panel.takeLease());
+const drags = [new Drag(stage, hands[0]!, session, wantLease, canvas)];
+listenForPresses(canvas, drags, activate, () => session.active);
+const objects = new Objects(stage, () => drags.some(({ controls }) => controls.axis !== null), session, connection, canvas, () => panel.takeLease());
 element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
 element('carry-object', HTMLButtonElement).onclick = () => objects.carry();
 listenForShortcuts(stop, () => panel.reset(), () => session.stands(now()));
 /** Ahead is where the operator looks: in a headset by the heading, otherwise as the scene is seen. */
 const looks = () => (headset.session ? (session.state?.controls.yaw ?? 0) : stage.view.heading);
-const keys = new Keys(hand, session, wantLease, looks);
-const gamepads = new Gamepads(hand, session, wantLease, looks, stop, (closed) => panel.squeeze(closed), now);
-const headset = new Headset(stage, hand, session, connection, { wantLease, stop, reset: () => panel.reset(), command: (kind, more) => panel.command(kind, more) }, () => void offerHeadset());
+// Only where a press in the scene, or a key of the arm, put the focus: Tab alone never comes here, so it is no trap.
+canvas.addEventListener('keydown', (event) => {
+  if (event.key !== 'Tab' || event.shiftKey || !session.hasTwo) return;
+  event.preventDefault();
+  choose(1 - session.active);
+});
+const keys = new Keys(() => {
+  if (session.hasTwo && document.activeElement === document.body) canvas.focus({ preventScroll: true }); // Tab acts there
+  return hands[session.active]!;
+}, session, wantLease, looks);
+const gamepads = new Gamepads(hands, session, wantLease, looks, stop, (closed, tool) => panel.squeeze(closed, tool), now);
+const headset = new Headset(stage, hands, session, connection, { wantLease, stop, reset: () => panel.reset(), command: (kind, more) => panel.command(kind, more) }, () => void offerHeadset());
 
 async function offerHeadset(): Promise<void> {
   const { vr, ar } = await Headset.modes();
@@ -182,7 +206,7 @@ const mode = element('mode', HTMLButtonElement);
 mode.onclick = () => {
   const turning = mode.getAttribute('aria-pressed') !== 'true';
   mode.setAttribute('aria-pressed', String(turning));
-  drag.setMode(turning ? 'rotate' : 'translate');
+  for (const drag of drags) drag.setMode(turning ? 'rotate' : 'translate');
 };
 element('bodies', HTMLInputElement).onchange = (event) => stage.arm?.showBodies((event.target as HTMLInputElement).checked);
 element('reach', HTMLInputElement).onchange = (event) => stage.showReach((event.target as HTMLInputElement).checked);
@@ -247,9 +271,14 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   delay.release(t);
   cameras.draw(now());
   headset.update(frame, t, cameras.views);
-  drag.show(!headset.session && session.mayLead(t));
-  drag.follow();
+  const mayDrag = !headset.session && session.mayLead(t);
+  for (const drag of drags) {
+    drag.show(mayDrag && (drag.tool === 0 || session.hasTwo), drags.every((other) => other === drag || !other.holding));
+    drag.follow();
+  }
   recordings.replay.advance(dt);
+  stage.active = session.active;
+  if (plots) plots.active = session.active;
   if (recordings.player) stage.showPast(recordings.player.q(), recordings.player, recordings.other, t);
   else if (session.state) stage.show(session.state, session.isStale(t), t);
   objects.draw();
@@ -287,13 +316,13 @@ setInterval(() => {
   const t = now(), gap = t - lastHand;
   const dt = Math.min(0.1, gap);
   lastHand = t;
-  hand.repeat(); // also if the page has just been hidden, which releases
+  for (const hand of hands) hand.repeat(); // also if the page has just been hidden, which releases
   if (document.hidden) return;
-  session.told(gap, hand.source !== null, t);
-  if ((!headset.session || headset.simulated) && session.mayResume(t)) hand.resume();
+  session.told(gap, hands.some(({ source }) => source !== null), t);
+  if ((!headset.session || headset.simulated) && session.mayResume(t)) for (const hand of hands) hand.resume();
   keys.update(dt);
   gamepads.update(dt);
-  drag.report();
+  for (const drag of drags) drag.report();
   headset.repeat(t);
 }, 11);
 
@@ -302,4 +331,4 @@ void offerHeadset();
 connection.start();
 
 /** The page's objects, for tests and the browser's console. */
-Object.assign(window, { steadyhand: { session, connection, hand, stage, drag, headset, recordings, cameras, frames: () => frames } });
+Object.assign(window, { steadyhand: { session, connection, hand: hands[0], hands, stage, drag: drags[0], drags, headset, recordings, cameras, frames: () => frames } });

@@ -1,3 +1,4 @@
+import { Arms } from './arms';
 import { isTyped, takesEnter } from './input/shortcuts';
 import type { Connection } from './connection';
 import { Choices } from './choices';
@@ -7,7 +8,6 @@ import { motionText, motionTitle } from './demo_motions';
 import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
 import type { Measure, Profile, RequestKind, RequestMessage, StateMessage, WelcomeMessage } from './protocol';
-import { gripperOf } from './descriptions';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { Peak } from './peak';
@@ -97,6 +97,7 @@ type Asked = { text?: string; value?: number; to?: string; success?: boolean; no
 /** Controls and texts of the page. A choice shows the server's state as soon as the server can have answered. */
 export class Panel {
   readonly #choices = new Choices();
+  readonly #arms: Arms;
   readonly #sliders: Sliders;
   readonly #latency = new Reading(element('latency', HTMLElement), 1e-3, latencyText, 'ms');
   readonly #error = new Reading(element('error-now', HTMLElement), 1e3, offText, 'mm');
@@ -112,7 +113,8 @@ export class Panel {
   /** Name of the last demo motion that controlled the arm; undefined: none has. */
   #played: string | undefined;
 
-  constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
+  constructor(private readonly session: Session, private readonly connection: Connection, private readonly hands: readonly Hand[], activate: (tool: number) => void) {
+    this.#arms = new Arms(element('arms', HTMLElement), session, activate);
     button('reset').onclick = () => this.reset();
     button('lease').onclick = () => this.#askLease();
     for (const grant of [true, false]) button(grant ? 'grant' : 'keep').onclick = () => this.connection.send({ type: 'answer', grant });
@@ -140,21 +142,24 @@ export class Panel {
     addEventListener('pointerdown', ({ target }) => foldAll(target as Node), { capture: true });
     addEventListener('keydown', (event) => {
       if (event.code !== 'KeyG' || event.repeat || event.ctrlKey || event.metaKey || event.altKey || isTyped(event.target)) return;
-      const { state, mayTake, past } = this.session;
+      const { tool, mayTake, past } = this.session;
       if (!this.session.hasGripper || !mayTake || past) return;
-      this.#grip((this.hand.gripper ?? state?.gripper ?? 0) > 0.5 ? 0 : 1);
+      this.#grip((this.#hand.gripper ?? tool?.gripper ?? 0) > 0.5 ? 0 : 1);
     });
   }
 
   /** A trigger moved: 0 open to 1 closed. Does not request control, as it may be touched by accident. */
-  squeeze(closed: number): void {
-    if (this.session.hasGripper && this.session.yours && !this.session.past) this.hand.gripper = closed;
+  squeeze(closed: number, tool: number): void {
+    if (this.session.isGripper(tool) && this.session.yours && !this.session.past) this.hands[tool]!.gripper = closed;
   }
+
+  /** Of the active tool. */
+  get #hand(): Hand { return this.hands[this.session.active]!; }
 
   /** 0 open to 1 closed. */
   #grip(value: number): void {
     this.takeLease();
-    this.hand.gripper = value;
+    this.#hand.gripper = value;
   }
 
   stop(): void { this.ask('stop'); }
@@ -214,7 +219,9 @@ export class Panel {
 
   /** Shows the choices that the server offers. */
   offer(welcome: WelcomeMessage): void {
-    document.body.dataset.glass = String(!gripperOf(welcome.robot));
+    document.body.dataset.glass = String(!welcome.robot?.tools?.every(({ gripper }) => gripper));
+    document.body.dataset.two = String(this.session.hasTwo);
+    this.#arms.offer(this.session.toolNames);
     this.#sliders.offer(welcome);
     const box = element('profiles', HTMLFieldSetElement);
     box.querySelectorAll('label').forEach((label) => label.remove());
@@ -285,12 +292,13 @@ export class Panel {
     const { policy = '', policy_turn: turn = false } = state?.controls ?? {};
     put(element('policy-line', HTMLElement), 'hidden', policy === '');
     const halted = state?.state === 'stopping' || state?.state === 'fault'; // commands of that time are not done later
-    if (state?.leader === 'policy' || halted) this.hand.leaveGripper();
+    const leader = state?.tools.map((tool) => tool.leader).find(Boolean) ?? null;
+    if (leader === 'policy' || halted) for (const hand of this.hands) hand.leaveGripper();
     const choice = button('policy');
     put(choice, 'disabled', !mayChoose || (!turn && state?.state !== 'ready'));
     if (choice.getAttribute('aria-pressed') !== String(turn)) choice.setAttribute('aria-pressed', String(turn));
     write(choice, turn ? 'End the policy’s turn' : 'The policy’s turn');
-    write(element('policy-words', HTMLElement), policyText(policy, turn, state?.leader ?? null));
+    write(element('policy-words', HTMLElement), policyText(policy, turn, leader));
   }
 
   /**
@@ -357,19 +365,20 @@ export class Panel {
     put(document.body.dataset, 'yours', String(session.yours));
     write(element('state', HTMLElement), session.title(now));
     write(element('reason', HTMLElement), session.reason(now));
-    write(element('advice', HTMLElement), session.advice(now, this.hand.heldFor));
+    write(element('advice', HTMLElement), session.advice(now, Math.max(...this.hands.map(({ heldFor }) => heldFor))));
     tell('held', present ? session.constraint() : '');
     tell('slow', session.slow(now));
     tell('spill', session.spill(), 'spill-words');
     put(button('refill'), 'hidden', !reached || !session.mayTake);
     tell('refilled', !session.past && session.wasRefilled(now) ? 'Full glass again' : '');
-    this.#showWave(present);
+    this.#showWave(present && !session.hasTwo);
+    this.#arms.draw(present);
     put(element('gripper-line', HTMLElement), 'hidden', !session.hasGripper);
     this.#showPolicy(session.past ? undefined : state, reached && session.mayTake);
     tell('refusal', session.refusal(now));
     // Old values are not shown as current.
     this.#latency.show(live ? known(state?.latency_us.p50) : null);
-    this.#error.show(live ? state?.tracking_error : null);
+    this.#error.show(live ? session.tool?.tracking_error : null);
     this.#clearance.show(live ? state?.clearance : null);
 
     this.#showLease(now);

@@ -4,7 +4,7 @@ import type { Cell, Robot, StudyContent, StudyReply, Measure, Quat, Vec3 } from 
 
 export * from './descriptions';
 
-export const PROTOCOL_VERSION = 2;
+export const PROTOCOL_VERSION = 3;
 
 /** first message. Another version is answered with error `version` and closed */
 export interface HelloMessage { type: 'hello'; version: number; /** from an earlier `paired` */ token?: string; }
@@ -36,6 +36,7 @@ export interface SampleMessage {
   /** WebXR's `emulatedPosition` */ emulated: boolean;
   /** time by which the pose was predicted, s */ lead_s?: number;
   /** 0 open to 1 closed; absent: as it is */ gripper?: number;
+  /** which of the robot's tools this hand moves; absent: 0 */ tool?: number;
 }
 
 /** Where an object stands and how large it is. */
@@ -56,10 +57,11 @@ export type EpisodeKind = 'begin' | 'keep' | 'discard' | 'mark';
 /** what the operator asks for */
 export type RequestMessage = { type: 'request'; } & (
   | { kind: 'stop' | 'reset' | 'refill' }
-  | { kind: 'profile' | 'playback' | 'attach' | 'detach' | 'delete'; text: string }
+  | { kind: 'profile' | 'playback' | 'detach' | 'delete'; text: string }
   | { kind: 'weight'; text: string; value: number }
   | { kind: 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'latency' | 'policy' | 'record'; value: number }
   | { kind: 'object'; text: string; object: PlacedShape | null }
+  | { kind: 'attach'; text: string; tool?: number }
   | { kind: 'episode'; text: EpisodeKind; success?: boolean; task?: string; notes?: string }
   | { kind: 'set_up'; value?: number }
   | { kind: 'label' | 'rename'; text: string; to: string }
@@ -71,16 +73,17 @@ export interface StudyMessage { type: 'study'; content: StudyContent | null; }
 /** a paired client's answer, `{key, value}`, to the program that runs the study */
 export interface ReplyMessage { type: 'reply'; content: StudyReply; }
 
-/** from one paired client at a time, which then sends where the tool is to be ([policies.md](../how-to/policies.md)). It may move the arm once the client that has control requests it */
+/** from one paired client at a time, which then sends where each tool is to be ([policies.md](../how-to/policies.md)). It may move the arm once the client that has control requests it */
 export interface PolicyMessage { type: 'policy'; name: string; /** between targets, s */ period_s: number; }
 
-/** from the policy: where the tool is to be, in the base, when the next target is due. Dropped if the state is more than 0.5 s old */
+/** from the policy: where a tool is to be, in the base, when its next target is due. Dropped if the state is more than 0.5 s old */
 export interface TargetMessage {
   type: 'target';
   /** `now_s` of the state that it was made of, s */ of_s: number;
   /** null: it has no numbers, m */ p: Vec3 | null;
   /** null, too, then */ q: Quat | null;
   /** 0 open to 1 closed; absent: as it is */ gripper?: number;
+  /** which of the robot's tools; absent: 0 */ tool?: number;
 }
 
 /** from a paired client: the pictures of these come from now on, and of no others; `[]`: none. A name that is none of `welcome.cameras` is refused with `unknown`, and nothing changes */
@@ -157,7 +160,7 @@ export interface WelcomeMessage {
 
 export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
 
-export type ReasonCode = 'starting' | 'arm_stopped' | 'failed' | 'ready' | 'stop_asked' | 'stalled' | 'off_path' | 'reset' | 'silent' | 'released' | 'profile_waits' | 'gripped' | 'hand_lost' | 'no_pose' | 'hand_back' | 'planner_late';
+export type ReasonCode = 'starting' | 'arm_stopped' | 'failed' | 'ready' | 'stop_asked' | 'stalled' | 'off_path' | 'reset' | 'silent' | 'released' | 'profile_waits' | 'gripped' | 'hand_lost' | 'no_pose' | 'hand_back' | 'planner_late' | 'other_lost' | 'other_silent';
 
 export type Leader = 'person' | 'recording' | 'policy';
 
@@ -180,6 +183,25 @@ export interface Liquid {
   /** share of the liquid */ spilled_share: number;
   /** since the glass was filled, m */ least_freeboard: Measure;
   /** lateral specific force on it, the largest of the last 20 ms, m/s^2 */ lateral: Measure;
+}
+
+/** A tool, and the hand that moves it. */
+export interface Tool {
+  /** whether it follows its hand */ state: SessionState;
+  /** why, for people: its words may change */ reason: string;
+  /** the event that caused the state */ reason_code: ReasonCode;
+  /** whose hand was on the clutch then */ reason_leader: Leader;
+  /** where the controlled frame is, in the base */ pose: Pose;
+  /** where the operator wants it; without a grip, where it is */ target: Pose;
+  /** it is to follow the target */ engaged: boolean;
+  /** whose hand it follows; null: none */ leader: Leader | null;
+  /** specific force on the glass, in its frame, m/s^2 */ local_acceleration: [Measure, Measure, Measure];
+  /** target to tool; null without a grip, m */ tracking_error: Measure;
+  /** measured, 0 open to 1 closed; null: it is none */ gripper: Measure;
+  /** where it is commanded to be */ gripper_command: Measure;
+  /** positions at the plan's nodes, in the base, m */ path: Vec3[];
+  /** where the hand is expected at the nodes of the horizon: x, y, z and standard deviations along and across its way (0: not known); none without a grip, m */ prediction: [number, number, number, number, number][];
+  /** in the glass, simulated */ liquid: Liquid;
 }
 
 /** Percentiles of the last seconds. */
@@ -229,7 +251,7 @@ export interface Controls {
 export interface StateMessage {
   type: 'state';
   /** the session's clock, s */ now_s: number;
-  /** what the arm may do */ state: SessionState;
+  /** what the arm may do; engaged: it follows a hand, of which `tools` has each */ state: SessionState;
   /** why, for people: its words may change */ reason: string;
   /** the event that caused the state */ reason_code: ReasonCode;
   /** whose hand was on the clutch then */ reason_leader: Leader;
@@ -237,19 +259,9 @@ export interface StateMessage {
   /** (m) measured, rad */ q: number[];
   /** (m/s) measured, rad/s */ dq: number[];
   /** (m) commanded, rad */ command: number[];
-  /** measured, 0 open to 1 closed; null: the arm has none */ gripper: Measure;
-  /** where it is commanded to be */ gripper_command: Measure;
-  /** where the controlled frame is, in the base */ tool: Pose;
-  /** where the operator wants it; without a grip, where it is */ target: Pose;
-  /** the arm is to follow the target */ engaged: boolean;
-  /** whose hand the arm follows; null: none */ leader: Leader | null;
-  /** specific force on the glass, in its frame, m/s^2 */ local_acceleration: [Measure, Measure, Measure];
-  /** target to tool; null without a grip, m */ tracking_error: Measure;
+  /** those of `welcome.robot`, in that order */ tools: Tool[];
   /** distance of the nearest pair of bodies, m */ clearance: Measure;
   /** the nearest pair of bodies */ nearest: [number, number];
-  /** positions of the tool at the plan's nodes, in the base, m */ path: Vec3[];
-  /** where the hand is expected at the nodes of the horizon: x, y, z and standard deviations along and across its way (0: not known); none without a grip, m */ prediction: [number, number, number, number, number][];
-  /** in the glass, simulated */ liquid: Liquid;
   /** time of a planning step, us */ solve_us: Timing;
   /** from hand to command, us */ latency_us: Timing;
   /** plans that were followed */ plans: number;

@@ -3,7 +3,7 @@ import { offText, partText, percentText, spanText } from './figures';
 import { isNotHeard, KeptHand } from './kept_hand';
 import { LateCount } from './late_count';
 import { ON_PAGE } from './means';
-import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
+import type { Refusal, ServerMessage, StateMessage, Tool, WelcomeMessage } from './protocol';
 import { gripperOf } from './descriptions';
 import { Spills } from './spills';
 
@@ -69,6 +69,8 @@ export const LOOKS_THE_SAME = 'The glass turns about its axis; it is round, so i
 export class Session {
   welcome: WelcomeMessage | null = null;
   state: StateMessage | null = null;
+  /** Index of the tool that mouse, handles and keys move. */
+  active = 0;
   status: ConnectionStatus = 'connecting';
   paired = false;
   holder = 0;
@@ -87,7 +89,7 @@ export class Session {
   failure = '';
   statesReceived = 0;
   #refilledAt = -Infinity;
-  readonly #spills = new Spills();
+  readonly #spills: Spills[] = [];
   readonly #late = new LateCount();
   readonly #kept = new KeptHand();
   #hint = { words: '', at: -Infinity };
@@ -126,7 +128,7 @@ export class Session {
       case 'cell': if (this.welcome) this.welcome = { ...this.welcome, cell: message.cell }; break;
       case 'state':
         if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
-        this.#spills.book(this.state, message);
+        for (let i = 0; i < message.tools.length; ++i) (this.#spills[i] ??= new Spills(i)).book(this.state, message);
         if (this.state?.state === 'stopping' && message.state !== 'stopping') {
           this.#hint.at = -Infinity;
           this.#stoppedBy = 0;
@@ -181,7 +183,7 @@ export class Session {
 
   /** A glass that had spilled is full again, or has another level. */
   #isRefilled(before: StateMessage, after: StateMessage): boolean {
-    return (before.liquid.spilled && !after.liquid.spilled) || before.controls.fill !== after.controls.fill;
+    return before.tools.some(({ liquid }, t) => liquid.spilled && !after.tools[t]?.liquid.spilled) || before.controls.fill !== after.controls.fill;
   }
 
   /** Why an action of the operator had no effect: replaces the advice for a while. */
@@ -197,16 +199,29 @@ export class Session {
 
   /** Text of the spill: how much, under which profiles, and its cause; empty: none. */
   spill(): string {
-    return this.past || !this.hasGlass || !this.state ? '' : this.#spills.told(this.state, this.welcome?.profiles);
+    if (this.past) return '';
+    return (this.state?.tools ?? []).map((tool, i) => {
+      const words = this.isGlass(i) ? this.#spills[i]!.told(tool, this.welcome?.profiles) : '';
+      return words && this.hasTwo ? `${this.toolNames[i]}: ${words}` : words;
+    }).filter(Boolean).join('; ');
   }
 
-  /** The tool holds a glass. */
-  get hasGlass(): boolean { return !gripperOf(this.welcome?.robot); }
+  /** The active tool. */
+  get tool(): Tool | undefined { return this.state?.tools[this.active]; }
+  /** Their names; none: no robot is known. */
+  get toolNames(): string[] { return this.welcome?.robot?.tools?.map(({ name }) => name) ?? []; }
+  /** The robot has two arms. */
+  get hasTwo(): boolean { return (this.welcome?.robot?.tools?.length ?? 1) > 1; }
+  /** A tool holds a glass. */
+  isGlass(tool: number): boolean { return !gripperOf(this.welcome?.robot, tool); }
+  /** The active tool holds a glass. */
+  get hasGlass(): boolean { return this.isGlass(this.active); }
   /** The arm reports its gripper, or its file has one: some controllers report it only after its first motion. */
-  get hasGripper(): boolean { return typeof this.state?.gripper === 'number' || (this.state !== null && !this.hasGlass); }
+  get hasGripper(): boolean { return this.isGripper(this.active); }
+  isGripper(tool: number): boolean { return typeof this.state?.tools[tool]?.gripper === 'number' || (this.state !== null && !this.isGlass(tool)); }
   /** The glass was refilled a moment ago, and the page should show it. */
   wasRefilled(now: number): boolean {
-    return this.hasGlass && now - this.#refilledAt < (this.state?.liquid.spilled ? REFILL_TOLD_AT_LEAST : REFILL_TOLD);
+    return this.hasGlass && now - this.#refilledAt < (this.tool?.liquid.spilled ? REFILL_TOLD_AT_LEAST : REFILL_TOLD);
   }
 
   /** Text: the reason of the state; without a connection, the age of the last data. */
@@ -227,9 +242,9 @@ export class Session {
    * mm: height of the liquid above its level at rest, the largest since the glass was filled, and the height of the
    * rim. null: unknown.
    */
-  wave(): Wave | null {
-    const { state, welcome } = this, { freeboard, least_freeboard, spilled } = state?.liquid ?? {};
-    if (!this.hasGlass || !state || !welcome || spilled || typeof freeboard !== 'number' || typeof least_freeboard !== 'number') return null;
+  wave(tool = this.active): Wave | null {
+    const { state, welcome } = this, { freeboard, least_freeboard, spilled } = state?.tools[tool]?.liquid ?? {};
+    if (!this.isGlass(tool) || !state || !welcome || spilled || typeof freeboard !== 'number' || typeof least_freeboard !== 'number') return null;
     return waveOf(1000 * (welcome.glass.height - state.controls.fill), 1000 * freeboard, 1000 * least_freeboard);
   }
 
@@ -238,7 +253,7 @@ export class Session {
    * 0: moving, or upright.
    */
   get lean(): number {
-    const felt = this.state?.liquid.lateral ?? 0, angle = (180 / Math.PI) * Math.asin(Math.min(1, felt / GRAVITY));
+    const felt = this.tool?.liquid.lateral ?? 0, angle = (180 / Math.PI) * Math.asin(Math.min(1, felt / GRAVITY));
     return this.hasGlass && this.rests && angle >= LEAST_LEAN ? angle : 0;
   }
 

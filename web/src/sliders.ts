@@ -49,7 +49,7 @@ export class Sliders {
       (value) => this.acts.command('fill', { value: value / 1000 }));
     this.#add('tilt', () => { const c = controls(); return c && (c.tilt * 180) / Math.PI; }, tiltText,
       (value) => this.acts.command('tilt', { value: (value * Math.PI) / 180 }));
-    this.#add('gripper', () => { const g = this.session.state?.gripper ?? this.session.state?.gripper_command; return typeof g === 'number' ? g * 100 : undefined; },
+    this.#add('gripper', () => { const g = this.session.tool?.gripper ?? this.session.tool?.gripper_command; return typeof g === 'number' ? g * 100 : undefined; },
       (v) => (v < 2 ? 'open' : v > 98 ? 'closed' : `${v.toFixed(0)} % closed`), (value) => this.acts.grip(value / 100));
   }
 

@@ -3,7 +3,7 @@ import { clock, latencyText, meanOffText, offText, partText, scaleText, secondsT
 import { COLUMNS, FELT, LED, Moment, MOST, noteOf, OFF, totalsOf } from '../src/plots/comparison';
 import { History } from '../src/plots/history';
 import { Runs } from '../src/plots/runs';
-import type { StateMessage } from '../src/protocol';
+import type { StateMessage, Tool } from '../src/protocol';
 
 describe('figures', () => {
   it('are written alike wherever they stand, and as a dash where they are not known', () => {
@@ -89,8 +89,8 @@ describe('whole demo motions', () => {
     #t = 0;
     say(state: string, profile: number, reason_code = 'gripped', playback = 0, out = 0): void {
       this.#t += 0.1;
-      const liquid = { lateral: 2 + profile, spilled_share: out };
-      this.runs.take({ now_s: this.#t, state, reason_code, reason_leader: 'recording', controls: { playback, profile }, liquid } as unknown as StateMessage, 10);
+      const tool = { state, reason_code, reason_leader: 'recording', liquid: { lateral: 2 + profile, spilled_share: out } };
+      this.runs.take({ now_s: this.#t, controls: { playback, profile } } as StateMessage, tool as unknown as Tool, 10);
     }
     run(profile: number, first = profile, end = 'released'): void {
       this.say('ready', first);

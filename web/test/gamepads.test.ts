@@ -30,9 +30,9 @@ describe('a gamepad', () => {
     }];
   };
   const make = () => {
-    const session = { state: { controls: { scale: 1, yaw: 0 } } } as unknown as Session;
+    const session = { welcome: null, state: { controls: { scale: 1, yaw: 0 } } } as unknown as Session;
     const hand = new Hand({ send: (message) => sent.push(message as (typeof sent)[number]) > 0 }, () => performance.now() / 1000, () => true);
-    return new Gamepads(hand, session, () => false, () => 0, () => {}, (closed) => { hand.gripper = closed; }, () => performance.now() / 1000);
+    return new Gamepads([hand], session, () => false, () => 0, () => {}, (closed) => { hand.gripper = closed; }, () => performance.now() / 1000);
   };
 
   beforeEach(() => {

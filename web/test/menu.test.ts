@@ -2,15 +2,15 @@ import { describe, expect, it } from 'vitest';
 import { itemsOf } from '../src/input/menu';
 import type { ServerMessage } from '../src/protocol';
 import { Session } from '../src/session';
-import { server } from './server_messages';
+import { server, stateWith } from './server_messages';
 
 describe('menu of the headset', () => {
   it('fills the glass once it spilled', () => {
-    const session = new Session(), asked: string[] = [], asks = { command: (kind: string) => { asked.push(kind); }, reset: () => {}, recentre: () => {} };
+    const session = new Session(), asked: string[] = [], asks = { command: (kind: string) => { asked.push(kind); }, reset: () => {}, recentre: () => {}, swap: () => {} };
     session.connectionBecame('open');
     session.take(server.welcome!, 0);
     session.paired = session.yours = true;
-    const see = (spilled: boolean) => session.take({ ...server.state!, state: 'ready', liquid: { tilt: [0, 0], freeboard: 0.01, spilled, spilled_share: spilled ? 0.1 : 0, least_freeboard: 0, lateral: 0 } } as ServerMessage, 1);
+    const see = (spilled: boolean) => session.take(stateWith({ state: 'ready', liquid: { tilt: [0, 0], freeboard: 0.01, spilled, spilled_share: spilled ? 0.1 : 0, least_freeboard: 0, lateral: 0 } }), 1);
     const fill = () => itemsOf(session, asks).find(({ label }) => label === 'Fill the glass');
     see(false);
     expect(fill()).toBeUndefined();
@@ -20,12 +20,12 @@ describe('menu of the headset', () => {
   });
 
   it('begins, judges and sets up as the page does', () => {
-    const session = new Session(), asked: unknown[] = [], asks = { command: (kind: string, more: object) => { asked.push({ kind, ...more }); }, reset: () => {}, recentre: () => {} };
+    const session = new Session(), asked: unknown[] = [], asks = { command: (kind: string, more: object) => { asked.push({ kind, ...more }); }, reset: () => {}, recentre: () => {}, swap: () => {} };
     session.connectionBecame('open');
     session.paired = session.yours = true;
     const see = (task: boolean, recording: boolean, episode: object) => {
       session.take({ ...server.welcome!, ...(task ? {} : { task: null }) } as ServerMessage, 0);
-      session.take({ ...server.state!, recording, episode: { running: false, number: 0, time: 0, kept: 0, discarded: 0, lost: 0, success: null, ...episode } } as ServerMessage, 1);
+      session.take(stateWith({ recording, episode: { running: false, number: 0, time: 0, kept: 0, discarded: 0, lost: 0, success: null, ...episode } }), 1);
       session.paired = session.yours = true;
     };
     const row = () => itemsOf(session, asks).filter(({ row }) => row.startsWith('Episode'));

@@ -3,7 +3,6 @@ import * as THREE from 'three';
 import { beforeEach, describe, expect, it, vi } from 'vitest';
 import schema from '../protocol/schema.json';
 import type { Connection } from '../src/connection';
-import type { Drag } from '../src/input/drag';
 import { Objects } from '../src/input/objects';
 import type { CellObject, ClientMessage } from '../src/protocol';
 import type { Stage } from '../src/scene/stage';
@@ -25,7 +24,7 @@ type Placed = { text: string; object: { p: [number, number, number] } | null };
 class Page {
   readonly told: Placed[] = [];
   readonly surroundings = new Surroundings();
-  readonly session = { mayTake: true, past: false };
+  readonly session = { mayTake: true, past: false, active: 0 };
   leases = 0;
   readonly objects: Objects;
   readonly #heard = new Map<string, Listener>();
@@ -46,7 +45,7 @@ class Page {
     const canvas = { addEventListener: listen, getBoundingClientRect: () => ({ left: 0, top: 0, width: 400, height: 300 }) };
     this.objects = new Objects(
       { surroundings: this.surroundings, base, view: { camera, orbit: { enabled: true } } } as unknown as Stage,
-      { controls: { axis: null } } as unknown as Drag, this.session as unknown as Session,
+      () => false, this.session as unknown as Session,
       { send: (message: ClientMessage) => { this.told.push(message as unknown as Placed); } } as unknown as Connection, canvas as unknown as HTMLCanvasElement, () => { ++this.leases; });
   }
 
@@ -159,15 +158,15 @@ describe('objects', () => {
 
   it('that move by themselves go on, from where they were when the cell was told', () => {
     page.surroundings.setCell({ name: 'test', at_s: 100, objects: [box('ball', 0, [0.5, 0, 0]), box('box', 1)] });
-    page.surroundings.goOn(104, { p: [0, 0, 0], q: [0, 0, 0, 1] });
+    page.surroundings.goOn(104, [{ pose: { p: [0, 0, 0], q: [0, 0, 0, 1] } }]);
     expect([page.x('ball'), page.x('box')]).toEqual([2, 1]);
   });
 
   it('that the tool carries go with it, and cannot be dragged', () => {
     page.surroundings.setCell({ name: 'test', objects: [{ ...box('box', 0.5), attached: true }] });
-    page.surroundings.goOn(1, { p: [0.2, 0, 0], q: [0, 0, 1, 0] });  // turned by half a turn about z
+    page.surroundings.goOn(1, [{ pose: { p: [0.2, 0, 0], q: [0, 0, 1, 0] } }]);  // turned by half a turn about z
     expect(page.x('box')).toBeCloseTo(-0.3);
-    page.surroundings.goOn(1, { p: [-0.5, 0, 0], q: [0, 0, 0, 1] });
+    page.surroundings.goOn(1, [{ pose: { p: [-0.5, 0, 0], q: [0, 0, 0, 1] } }]);
     expect(page.x('box')).toBeCloseTo(0);
     page.pointer('pointerdown', 200, 150);
     page.pointer('pointermove', 240, 150);
@@ -185,6 +184,21 @@ describe('objects', () => {
     page.surroundings.setCell({ name: 'test', objects: [{ ...box('bottle', 0.5), attached: true }] });
     page.objects.carry();
     expect(page.told).toMatchObject([{ kind: 'attach', text: 'box' }, { kind: 'detach', text: 'bottle' }]);
+  });
+
+  it('are taken by the active tool, and move with the tool that has them', () => {
+    page.pointer('pointerdown', 200, 150);
+    page.pointer('pointerup', 200, 150);
+    page.session.active = 1;
+    page.objects.carry();
+    page.surroundings.setCell({ name: 'test', objects: [{ ...box('box', 0.5), attached: true, tool: 1 }, box('other', 0)] });
+    page.surroundings.goOn(1, [0, 1].map((x) => ({ pose: { p: [x, 0, 0] as const, q: [0, 0, 0, 1] as const } })));
+    expect([page.x('box'), page.objects.carries]).toEqual([1.5, true]);
+    page.session.active = 0;
+    expect(page.objects.carries).toBe(false);
+    page.session.active = 1;
+    page.objects.carry();
+    expect(page.told).toEqual([{ type: 'request', kind: 'attach', text: 'box', tool: 1 }, { type: 'request', kind: 'detach', text: 'box' }]);
   });
 
   it('have whatever name their file gave them', () => {

@@ -1,10 +1,9 @@
 import * as THREE from 'three';
 import { describe, expect, it } from 'vitest';
-import { Reach } from '../src/input/reach';
-import type { StateMessage } from '../src/protocol';
+import { Reach, type Followed } from '../src/input/reach';
 
 const STEP = 0.01, LATE = 15, RAMP = 0.5;
-type Seen = Pick<StateMessage, 'now_s' | 'state' | 'leader' | 'target'>;
+type Seen = Followed & { now_s: number };
 
 /** The server's target for the hand (Retargeter::update), sent so many steps late. */
 class Server {
@@ -33,7 +32,7 @@ class Server {
 function drag(reach: Reach, server: Server, seconds: number, handle: (t: number) => THREE.Vector3, follows: (t: number) => boolean = () => true): void {
   for (let t = 0; t < seconds; t += STEP) {
     server.step(reach.shift, follows(t));
-    reach.toward(handle(t), server.told, 0.5, server.now);
+    reach.toward(handle(t), server.told, server.told.now_s, 0.5, server.now);
   }
 }
 const along = (x: number): THREE.Vector3 => new THREE.Vector3(x, 0, 0);

@@ -20,6 +20,31 @@ describe('a recording', () => {
   });
 });
 
+describe('a recording of two arms', () => {
+  const event = (t_s: number, what: string, why: string, kind = 'state') => ({ t_s, kind, what, why });
+  const two: Motion = {
+    ...motion, tool: 'left', off_target_mm: 1, liquid: { t_s: [5], tilt: [[0.1, 0]], freeboard_mm: [9], spilled: [0], spilled_share: [0] },
+    target: { t_s: [5, 5.1, 5.2], p: [[0, 0, 1], [0, 0, 1], [0, 0, 1]], q: [], engaged: [0, 0, 0], lateral: [], error_mm: [2, 2, 2] },
+    other_tools: [{
+      name: 'right', off_target_mm: 3, liquid: { t_s: [5], tilt: [[0.2, 0]], freeboard_mm: [null], spilled: [1], spilled_share: [0.5] },
+      target: { t_s: [5, 5.1, 5.2], p: [[0, 0, 2], [0, 0, 2], [0, 0, 2]], q: [], engaged: [0, 1, 0], lateral: [], error_mm: [4, 4, 4] },
+    }],
+    settings: [{ t_s: 0, profile: 'carry', scale: 1, fill: 0 }],
+    events: [event(5, 'ready', 'the arm takes commands'), event(5.1, 'engaged', 'right: gripped'), event(5.15, 'engaged', 'left: gripped'), event(5.2, 'ready', 'right: released'),
+      event(5.25, 'right: 50 % spilled', 'in a stop', 'spill')],
+  };
+  it('has each with its states, its liquid and its spills, and is engaged while one is', () => {
+    const player = new Player(two), seen = (at: number) => { player.seek(at); return [player.state, ...player.tools.map(({ state }) => state)]; };
+    expect([seen(0.05), seen(0.12), seen(0.18), seen(0.22)]).toEqual([['ready', 'ready', 'ready'], ['engaged', 'ready', 'engaged'], ['engaged', 'engaged', 'engaged'], ['engaged', 'engaged', 'ready']]);
+    expect(player.led.map(({ from, to }) => [from, to])).toEqual([[5.1, 5.3]]);
+    expect(player.tools.map((tool) => [tool.motion.tool, tool.tilt()[0], tool.spilled, tool.off])).toEqual([['left', 0.1, false, 2], ['right', 0.2, true, null]]);
+    expect(player.tools.map(({ motion: { events } }) => events!.filter(({ kind }) => kind === 'spill').length)).toEqual([0, 1]);
+    expect([ledIn(two), ledIn(motion), new Player(motion).tools.length]).toEqual([['carry'], [], 1]);
+    expect(summaryOf(player).find(([what]) => what === 'Tracking error, mm')!.slice(1, 3)).toEqual(['1.0 / 3.0', 3]);
+    expect(statesTold(player)).toMatch(/^left: ready for 0\.[12] s; engaged for 0\.[12] s; profiles carry; right: ready/);
+  });
+});
+
 describe('events', () => {
   it('are counted as the report does, also where not all are listed', () => {
     const event = (kind: string) => ({ t_s: 0, kind, what: '', why: '' }), events = ['state', 'spill', 'state'].map(event);

@@ -6,7 +6,7 @@ import { motionTitle } from '../src/demo_motions';
 import { Peak } from '../src/peak';
 import { IN_EMULATOR, IN_HEADSET } from '../src/means';
 import { Session, STALE_AFTER, waveOf, waveText } from '../src/session';
-import { server } from './server_messages';
+import { server, stateWith as state } from './server_messages';
 
 class FakeSocket {
   readyState = 1;
@@ -51,7 +51,6 @@ describe('words of a session', () => {
     session.take(server.welcome!, 0);
     return session;
   };
-  const state = (more: object): ServerMessage => ({ ...server.state!, ...more }) as ServerMessage;
   const liquid = (spilled: boolean) => ({ tilt: [0, 0], freeboard: 0.01, spilled, spilled_share: spilled ? 0.1 : 0, least_freeboard: 0, lateral: 0 });
 
   it('say that a reset did not end the fault, as long as it has not', () => {
@@ -292,7 +291,7 @@ describe('connection', () => {
   });
 
   it('greets, then pairs with its code, once', () => {
-    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 2 });
+    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 3 });
     around.socket.says(server.welcome!);
     expect(around.socket.sent.at(-1)).toEqual({ type: 'pair', code: 'h7dk2m9x4c' });
     around.socket.says(server.paired!);
@@ -300,7 +299,7 @@ describe('connection', () => {
     around.pass(0.3);
     around.socket.onopen?.();
     around.socket.says(server.welcome!);
-    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 2, token: (server.paired as { token: string }).token });
+    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 3, token: (server.paired as { token: string }).token });
     expect(around.socket.sent.some((message) => message.type === 'pair')).toBe(false);
   });
 
@@ -552,7 +551,7 @@ describe('session', () => {
     session.take(server.lease!, 1);
     expect(session.mayDrive(1)).toBe(true);
     expect(session.mayDrive(1 + 2 * STALE_AFTER)).toBe(false);
-    session.take({ ...(server.state as object), state: 'stopping' } as ServerMessage, 2);
+    session.take(state({ state: 'stopping' }), 2);
     expect(session.mayDrive(2)).toBe(false);
     expect(session.advice(2)).toContain('watching'); // has control, but is not paired in this test
   });
@@ -561,8 +560,8 @@ describe('session', () => {
     const session = new Session();
     session.connectionBecame('open');
     session.take(server.paired!, 1);
-    const advice = (state: string, playback: number, lease: object): string => {
-      session.take({ ...(server.state as object), state, controls: { playback } } as unknown as ServerMessage, 1);
+    const advice = (name: string, playback: number, lease: object): string => {
+      session.take(state({ state: name, controls: { playback } }), 1);
       session.take({ type: 'lease', ...lease } as ServerMessage, 1);
       return session.advice(1);
     };
@@ -575,13 +574,13 @@ describe('session', () => {
     expect(advice('engaged', -1, nobody)).not.toContain('Release');
     expect(advice('ready', -1, nobody)).toContain('No operator');
     expect(advice('stopping', -1, nobody)).toContain('The arm stops');
-    session.take({ ...(server.state as object), state: 'stopping', dq: [0, 0, 0, 0, 0, 0] } as unknown as ServerMessage, 1);
+    session.take(state({ state: 'stopping', dq: [0, 0, 0, 0, 0, 0] }), 1);
     expect([session.title(1), session.advice(1)]).toEqual(['stopped', 'Stopped: press “Reset”.']);
   });
 
   it('tells of a stop that somebody else asked for, and of none after it', () => {
     const session = new Session(), rests = { dq: [0, 0, 0, 0, 0, 0], controls: { playback: -1 } };
-    const become = (...states: string[]) => states.forEach((name) => session.take({ ...(server.state as object), ...rests, state: name } as unknown as ServerMessage, 1));
+    const become = (...states: string[]) => states.forEach((name) => session.take(state({ ...rests, state: name }), 1));
     const stop = (client: number) => session.take({ type: 'stopped', client }, 1);
     session.connectionBecame('open');
     for (const message of [server.welcome!, server.paired!, server.lease!]) session.take(message as ServerMessage, 1);
@@ -604,7 +603,7 @@ describe('session', () => {
   it('tells whose grip came before the lease to let go', () => {
     const session = new Session();
     session.connectionBecame('open');
-    for (const message of [server.paired!, server.lease!, { ...(server.state as object), state: 'ready', controls: { playback: -1 } }]) session.take(message as ServerMessage, 1);
+    for (const message of [server.paired!, server.lease!, state({ state: 'ready', controls: { playback: -1 } })]) session.take(message as ServerMessage, 1);
     expect(session.advice(1, 0.1)).toContain('Drag the glass');
     expect(session.advice(1, 1)).toContain('Release');
     session.means = IN_HEADSET;
@@ -614,10 +613,10 @@ describe('session', () => {
   it('shows the past alone: nobody drives, nothing resets, and the words say so', () => {
     const session = new Session();
     session.connectionBecame('open');
-    for (const message of [server.paired!, server.lease!, { ...(server.state as object), state: 'stopping' }]) session.take(message as ServerMessage, 1);
+    for (const message of [server.paired!, server.lease!, state({ state: 'stopping' })]) session.take(message as ServerMessage, 1);
     expect([session.mayReset, session.title(1)]).toEqual([true, 'stopping']);
     session.past = true;
-    session.take({ ...(server.state as object), state: 'ready' } as ServerMessage, 1);
+    session.take(state({ state: 'ready' }), 1);
     expect([session.mayReset, session.mayDrive(1), session.title(1)]).toEqual([false, false, 'recording']);
     expect(session.advice(1)).toContain('only Stop');
     session.past = false;

@@ -15,8 +15,11 @@ const FASTEST_TURN = 15;
 /** s, of a pause that the hand catches up. */
 const PAUSE = 0.05;
 
+/** Of the handles of a tool that is not active; a finger needs them as large. */
+const SMALLER = 0.7;
+
 /**
- * Handles on the target for mouse and touch, and the glass itself, which may be elsewhere: a press engages, its end
+ * Handles on a tool's target for mouse and touch, and the glass itself, which may be elsewhere: a press engages, its end
  * releases.
  */
 export class Drag {
@@ -42,7 +45,7 @@ export class Drag {
   #holding = false;
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly session: Session,
-              private readonly wantLease: () => boolean, private readonly canvas: HTMLCanvasElement) {
+              private readonly wantLease: () => boolean, private readonly canvas: HTMLCanvasElement, readonly tool = 0) {
     stage.base.add(this.#proxy);
     this.controls = new TransformControls(stage.view.camera, canvas);
     this.#follower = clearTheMiddle(this.controls);
@@ -53,7 +56,6 @@ export class Drag {
     for (const type of ['pointerdown', 'pointermove'] as const) {
       canvas.addEventListener(type, (event) => { this.#eventTime = event.timeStamp / 1000; }, { capture: true });
     }
-    canvas.addEventListener('pointerdown', (event) => this.#pressed(event), { capture: true });
     // `pointermove` waits for the next frame; `pointerrawupdate`, where available, does not.
     canvas.addEventListener('pointerrawupdate', (event) => this.#moved(event as PointerEvent));
     this.controls.addEventListener('dragging-changed', (event) => this.#held(event.value === true));
@@ -67,11 +69,18 @@ export class Drag {
 
   setMode(mode: 'translate' | 'rotate'): void { this.controls.setMode(mode); }
 
-  show(shown: boolean): void {
+  /** @param free no other handle is held */
+  show(shown: boolean, free = true): void {
     // Handles that are hidden during a drag would miss its end.
     if (!shown) this.controls.dragging = false;
     this.controls.getHelper().visible = shown;
-    this.controls.enabled = shown;
+    this.controls.enabled = shown && free;
+  }
+
+  /** Another handle takes the press: this one does not see it. */
+  pass(): void {
+    this.controls.enabled = false;
+    this.controls.axis = null;
   }
 
   /** 90 times a second: while engaged, the hand is reported even when it does not move. */
@@ -81,10 +90,11 @@ export class Drag {
 
   /** Every frame: the handles stay on the target. */
   follow(): void {
-    const target = this.session.state?.target;
-    this.controls.size = sizeOf(this.stage.view.camera, this.#proxy.getWorldPosition(this.#at), this.#coarse, this.canvas.clientHeight);
-    if (this.stage.arm) {
-      this.#follower.matrixWorld.setPosition(this.stage.arm.tool.getWorldPosition(this.#at));
+    const target = this.session.state?.tools[this.tool]?.target, size = sizeOf(this.stage.view.camera, this.#proxy.getWorldPosition(this.#at), this.#coarse, this.canvas.clientHeight);
+    this.controls.size = this.tool === this.session.active || this.#coarse ? size : SMALLER * size;
+    const frame = this.stage.arm?.tools[this.tool];
+    if (frame) {
+      this.#follower.matrixWorld.setPosition(frame.getWorldPosition(this.#at));
       this.#glass.see(this.#at, performance.now() / 1000);
     }
     if (!target || this.#holding) return;
@@ -107,9 +117,9 @@ export class Drag {
     return this.#pointer as PointerEvent;
   }
 
-  /** Runs before the view's listener: the view must not turn where a handle is. */
-  #pressed(event: PointerEvent): void {
-    if (this.#holding || !this.controls.enabled) return;
+  /** Whether the press is on this handle. Runs before the view's listener: the view must not turn where a handle is. */
+  takes(event: PointerEvent): boolean {
+    if (this.#holding || !this.controls.enabled) return false;
     const at = this.#place(event), isHit = (): boolean => {
       this.controls.pointerHover(at);
       return this.controls.axis !== null;
@@ -119,15 +129,16 @@ export class Drag {
       this.#follower.matrixWorld.setPosition(glass);
       return isHit();
     };
-    if (!isHit() && !this.#glass.find(wasHit, performance.now() / 1000)) return;
+    if (!isHit() && !this.#glass.find(wasHit, performance.now() / 1000)) return false;
     this.stage.view.orbit.enabled = false;
     setTimeout(() => { this.stage.view.orbit.enabled = !this.#holding; });
+    return true;
   }
 
   /** Takes over from another input device: the new engagement starts at the glass, wherever the target is. */
   #takeOver(): void {
-    const { state } = this.session, { _positionStart: from } = this.controls as unknown as { _positionStart: THREE.Vector3 };
-    if (state?.state === 'engaged') this.#proxy.position.copy(from.fromArray(state.tool.p));
+    const tool = this.session.state?.tools[this.tool], { _positionStart: from } = this.controls as unknown as { _positionStart: THREE.Vector3 };
+    if (tool?.state === 'engaged') this.#proxy.position.copy(from.fromArray(tool.pose.p));
   }
 
   #held(held: boolean): void {
@@ -150,17 +161,31 @@ export class Drag {
   }
 
   lead(idle = false): void {
-    const { state } = this.session;
-    if (!this.#holding || !state || (!idle && this.#eventTime <= this.#ledTime)) return;
+    const { state } = this.session, tool = state?.tools[this.tool];
+    if (!this.#holding || !state || !tool || (!idle && this.#eventTime <= this.#ledTime)) return;
     if (!idle) this.#ledTime = this.#eventTime;
     const now = performance.now() / 1000, passed = Math.min(now - this.#toldAt, PAUSE);
     this.#toldAt = now;
     this.#turn.copy(this.#startTurn).invert().premultiply(this.#proxy.quaternion);
     this.#toldTurn.rotateTowards(this.#turn, FASTEST_TURN * passed);
     const { scale, yaw } = state.controls;
-    this.#reach.toward(this.#proxy.position, state, scale, now);
+    this.#reach.toward(this.#proxy.position, tool, state.now_s, scale, now);
     this.#reach.shift.toArray(this.#shift);
     this.#toldTurn.toArray(this.#spin);
     this.hand.lead('drag', this.#shift, this.#spin, scale, yaw, idle ? undefined : this.#eventTime);
   }
+}
+
+/**
+ * Gives each press in the scene to one handle only: to the active tool's, if both are under the pointer. While one is
+ * held, a second finger holds none.
+ * @param activate the handle of another tool is pressed
+ */
+export function listenForPresses(canvas: HTMLCanvasElement, drags: readonly Drag[], activate: (tool: number) => void, active: () => number): void {
+  canvas.addEventListener('pointerdown', (event) => {
+    const first = drags[active()], taker = first?.takes(event) ? first : drags.find((drag) => drag !== first && drag.takes(event));
+    if (!taker) return;
+    for (const drag of drags) if (drag !== taker) drag.pass();
+    activate(taker.tool);
+  }, { capture: true });
 }

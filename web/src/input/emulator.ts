@@ -41,12 +41,14 @@ export function emulatedQuest(): XRDevice {
 }
 
 /**
- * A mouse and a few keys as the right hand of an emulated headset, while a session runs. A press engages; motion moves
+ * A mouse and a few keys as the right hand of an emulated headset, or after H as the other, while a session runs. A press engages; motion moves
  * the hand across the view, the wheel moves it back and forth. While not engaged, the hand is under the mouse. The
  * other button pulls the trigger; on the board both buttons press. The arrow keys turn the head, Home turns it back.
  */
 export class EmulatedHand {
   #running = false;
+  /** The mouse is this hand. */
+  #side: 'right' | 'left' = 'right';
   #yaw: number = HEAD.yaw;
   #pitch: number = HEAD.pitch;
   readonly #keys: Readonly<Record<string, () => void>>;
@@ -78,6 +80,7 @@ export class EmulatedHand {
     this.#keys = {
       ArrowLeft: turn(TURN, 0), ArrowRight: turn(-TURN, 0), ArrowUp: turn(0, TURN), ArrowDown: turn(0, -TURN),
       Home: () => this.#look(HEAD.yaw, HEAD.pitch), KeyF: () => this.#tap('a-button'),
+      KeyH: () => { if (!this.#held && !this.#pulled && this.#unseen.size === 0) this.#side = this.#side === 'right' ? 'left' : 'right'; },
     };
     const listen = <K extends keyof HTMLElementEventMap>(type: K, act: (event: HTMLElementEventMap[K]) => void) => {
       canvas.addEventListener(type, (event) => {
@@ -153,7 +156,7 @@ export class EmulatedHand {
 
   /** While not engaged, the hand is under the mouse and points at what is there. */
   #point(event: MouseEvent): void {
-    const hand = this.device.controllers.right, { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const hand = this.device.controllers[this.#side], { left, top, width, height } = this.canvas.getBoundingClientRect();
     if (!hand || !width || !height) return;
     const { position: p, quaternion: q } = this.device, half = Math.tan(FIELD / 2);
     this.#eye.set(p.x, p.y, p.z);
@@ -171,7 +174,7 @@ export class EmulatedHand {
 
   /** m, along the head's axes without its nod. */
   #move(right: number, up: number, back: number): void {
-    const hand = this.device.controllers.right;
+    const hand = this.device.controllers[this.#side];
     if (!hand) return;
     const c = Math.cos(this.#yaw), s = Math.sin(this.#yaw);
     const p = hand.position;
@@ -201,7 +204,8 @@ export class EmulatedHand {
       this.#unseen.add(button);
       this.#opened.delete(button);
     }
-    this.device.controllers.right?.updateButtonValue(button, Number(down));
+    const side = button === 'a-button' ? 'right' : this.#side;
+    this.device.controllers[side]?.updateButtonValue(button, Number(down));
   }
 
   /** Releases what was released before a frame saw its press. */

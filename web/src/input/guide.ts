@@ -4,6 +4,8 @@ import { Words } from './board';
 /** What a controller's parts do; each is shown at the controller until its first use. */
 const PARTS = { lead: 'Grip: move the arm', forward: 'A: forward is where you look', stop: 'B: stop', stick: 'Stick: scale ↕, menu ↔', point: 'Trigger: press on the board, move it' } as const;
 const LEFT: Readonly<Record<string, string>> = { forward: 'X: forward is where you look', stop: 'Y: stop' };
+/** On the left if each hand has its own arm. */
+const SWAP = 'X: swap the hands';
 
 export type Part = keyof typeof PARTS;
 
@@ -14,6 +16,8 @@ const LABEL = 0.15, NOTICE = 0.5, AHEAD = 0.9, DOWN = 0.16;
 export class Guide {
   readonly notice = new Words('rgba(198, 40, 40, 0.94)', '#ffffff', 1, NOTICE);
   readonly #labels: { words: Words; left: boolean }[] = [];
+  /** Names of the tools that the left and the right hand move; null: either moves the only one. */
+  #arms: readonly [string, string] | null = null;
   readonly #unused = new Set<Part>(Object.keys(PARTS) as Part[]);
 
   constructor() {
@@ -50,10 +54,21 @@ export class Guide {
     if (this.#unused.delete(part)) this.#labels.forEach((label) => this.#tell(label));
   }
 
+  /** See #arms. */
+  set arms(names: readonly [string, string] | null) {
+    if (names?.join('\n') === this.#arms?.join('\n')) return;
+    this.#arms = names;
+    this.#labels.forEach((label) => this.#tell(label));
+  }
+
   get unused(): Part[] { return [...this.#unused]; }
 
   #tell({ words, left }: { words: Words; left: boolean }): void {
-    words.say([...this.#unused].map((part) => (left && LEFT[part]) || PARTS[part]));
+    const arm = this.#arms?.[left ? 0 : 1];
+    words.say([...this.#unused].map((part) => {
+      if (arm !== undefined && part === 'lead') return `Grip: move the arm ‘${arm}’`;
+      return arm !== undefined && left && part === 'forward' ? SWAP : (left && LEFT[part]) || PARTS[part];
+    }));
   }
 
   /** Before the eyes, wherever they turn. */

@@ -3,6 +3,7 @@ import { multiply, normalize, rotation, turn, type MutableQuat, type MutableVec3
 import { LOOKS_THE_SAME, STAYS_UPRIGHT, type Session } from '../session';
 import { Trigger } from './controllers';
 import { isTyped } from './shortcuts';
+import { type Side, toolOf } from './sides';
 
 const SPEED = 0.25; // m/s
 const TURN = 0.8;   // rad/s
@@ -17,30 +18,32 @@ const KEYS: Readonly<Record<string, readonly [number, number]>> = {
 };
 
 /** Rates along and about the picture's axes, from keys or a gamepad, while these engage. */
-abstract class RateInput {
-  protected readonly rates = new Float64Array(6);
+class RateInput {
+  readonly rates = new Float64Array(6);
   readonly #shift: MutableVec3 = [0, 0, 0];
   readonly #spin: MutableQuat = [0, 0, 0, 1];
   readonly #way: MutableVec3 = [0, 0, 0];
   readonly #axis: MutableVec3 = [0, 0, 0];
   readonly #step: MutableQuat = [0, 0, 0, 1];
-  #held = false;
+  /** The hand of the engagement that is held. */
+  #held: Hand | null = null;
 
-  /** @param looks rad, about the base's z: the operator's viewing direction, from the arm's forward */
-  constructor(private readonly name: string, protected readonly hand: Hand, protected readonly session: Session,
+  /** @param hand the one to engage with @param looks rad, about the base's z: the operator's viewing direction, from the arm's forward */
+  constructor(private readonly name: string, private readonly hand: () => Hand, protected readonly session: Session,
               private readonly wantLease: () => boolean, private readonly looks: () => number) {}
 
   /** @param dt s @param eventTime s, of the event that this call follows at once */
-  protected advance(dt: number, held: boolean, eventTime?: number): void {
+  advance(dt: number, held: boolean, eventTime?: number): void {
     const controls = this.session.state?.controls;
     if (!held || !controls) {
-      this.#held = false;
-      return this.hand.release(this.name);
+      this.#held?.release(this.name);
+      this.#held = null;
+      return;
     }
     if (!this.#held) {
       // If another input device has the hand, this engagement is lost to it, even after that device releases.
-      this.#held = true;
-      this.hand.grab(this.name, this.wantLease());
+      this.#held = this.hand();
+      this.#held.grab(this.name, this.wantLease());
       this.#shift.fill(0);
       this.#spin.fill(0);
       this.#spin[3] = 1;
@@ -54,7 +57,7 @@ abstract class RateInput {
     turn(this.#axis, heading, this.#axis);
     for (let i = 0; i < 3; ++i) this.#shift[i]! += this.#way[i]!;
     if (rate > 0) normalize(multiply(rotation(this.#axis, rate * TURN * dt, this.#step), this.#spin, this.#spin), this.#spin);
-    this.hand.lead(this.name, this.#shift, this.#spin, controls.scale, controls.yaw, eventTime);
+    this.#held.lead(this.name, this.#shift, this.#spin, controls.scale, controls.yaw, eventTime);
   }
 }
 
@@ -65,7 +68,7 @@ export class Keys extends RateInput {
     this.rates[key[0]]! += key[1];
   };
 
-  constructor(hand: Hand, session: Session, wantLease: () => boolean, looks: () => number) {
+  constructor(hand: () => Hand, session: Session, wantLease: () => boolean, looks: () => number) {
     super('keys', hand, session, wantLease, looks);
     addEventListener('keydown', (event) => {
       if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
@@ -99,26 +102,39 @@ export class Keys extends RateInput {
 
 /** s without a new timestamp after which a gamepad counts as disconnected: browsers keep its last values. */
 const SILENT = 0.5;
-const STOP = 1, GRIP = 5, LEFT_TRIGGER = 6, RIGHT_TRIGGER = 7;
+const STOP = 1, GRIP = 5;
+/** Of a standard gamepad: what moves the arm at each side if there are two; `up` and `down` are the cross and Y, A. */
+const SIDES = [
+  { side: 'left', grip: 4, trigger: 6, ahead: 1, aside: 0, up: 12, down: 13 },
+  { side: 'right', grip: GRIP, trigger: 7, ahead: 3, aside: 2, up: 3, down: 0 },
+] as const;
+
+const stick = (pad: Gamepad, axis: number): number => {
+  const value = pad.axes[axis] ?? 0;
+  return Math.abs(value) > 0.12 ? -value : 0;
+};
 
 /**
- * The right bumper engages; the left stick moves, the right stick lifts and turns, either trigger closes the gripper,
- * button B of any gamepad stops.
+ * One arm: the right bumper engages; the left stick moves, the right stick lifts and turns, either trigger closes the
+ * gripper. Two arms: each side's bumper, stick and trigger belong to the arm at that side; the cross and Y, A lift.
+ * Button B of any gamepad stops.
  */
-export class Gamepads extends RateInput {
+export class Gamepads {
   readonly #stopHeld: boolean[] = [];
   /** The gamepad that is engaged, by its index in the browser's list. */
   #leads = -1;
-  /** Its bumper was seen open since its last timeout. */
-  #opened = false;
-  readonly #trigger = new Trigger();
+  /** For each arm: its bumper was seen open since its last timeout. */
+  readonly #opened = [false, false];
+  readonly #triggers = [new Trigger(), new Trigger()];
+  readonly #inputs: RateInput[];
   #timestamp = 0;
   #heard = -Infinity;
   #plugged = false;
 
-  constructor(hand: Hand, session: Session, wantLease: () => boolean, looks: () => number, private readonly onStop: () => void,
-              private readonly onGripper: (closed: number) => void, private readonly now: () => number) {
-    super('gamepad', hand, session, wantLease, looks);
+  /** @param hands one for each tool @param onGripper 0 open to 1 closed, and the tool */
+  constructor(hands: readonly Hand[], private readonly session: Session, wantLease: () => boolean, private readonly looks: () => number, private readonly onStop: () => void,
+              private readonly onGripper: (closed: number, tool: number) => void, private readonly now: () => number) {
+    this.#inputs = SIDES.map(({ side }) => new RateInput('gamepad', () => hands[this.#tool(side)]!, session, wantLease, looks));
     // Called 90 times a second, the browser would create its list each time.
     const look = (): void => { this.#plugged = (navigator.getGamepads?.() ?? []).some((pad) => pad?.mapping === 'standard'); };
     addEventListener('gamepadconnected', look);
@@ -126,10 +142,7 @@ export class Gamepads extends RateInput {
     look();
   }
 
-  #stick(pad: Gamepad, axis: number): number {
-    const value = pad.axes[axis] ?? 0;
-    return Math.abs(value) > 0.12 ? -value : 0;
-  }
+  #tool(side: Side): number { return toolOf(side, this.session.welcome?.robot, this.looks()); }
 
   update(dt: number): void {
     const pads = this.#plugged ? navigator.getGamepads() : [];
@@ -144,23 +157,49 @@ export class Gamepads extends RateInput {
     const pad = pads[this.#leads];
     if (pad?.mapping !== 'standard') {
       this.#leads = -1;
-      this.#opened = false;
-      this.#trigger.forget();
-      return this.advance(dt, false);
+      this.#opened.fill(false);
+      for (let i = 0; i < 2; ++i) {
+        this.#triggers[i]!.forget();
+        this.#inputs[i]!.advance(dt, false);
+      }
+      return;
     }
     if (pad.timestamp !== this.#timestamp) {
       this.#timestamp = pad.timestamp;
       this.#heard = this.now();
     }
-    const closed = this.#trigger.moved(Math.max(pad.buttons[LEFT_TRIGGER]?.value ?? 0, pad.buttons[RIGHT_TRIGGER]?.value ?? 0));
-    if (closed !== null) this.onGripper(closed);
-    const gripped = pad.buttons[GRIP]?.pressed ?? false;
-    if (!gripped) this.#opened = true;
-    else if (this.now() - this.#heard > SILENT) this.#opened = false;
-    this.rates[0] = this.#stick(pad, 1);
-    this.rates[1] = this.#stick(pad, 0);
-    this.rates[2] = this.#stick(pad, 3);
-    this.rates[5] = this.#stick(pad, 2);
-    this.advance(dt, gripped && this.#opened);
+    if (this.session.hasTwo) for (let i = 0; i < 2; ++i) this.#useSide(pad, i, dt);
+    else this.#useWhole(pad, dt);
+  }
+
+  #useWhole(pad: Gamepad, dt: number): void {
+    const { rates } = this.#inputs[0]!;
+    this.#squeeze(0, Math.max(pad.buttons[SIDES[0].trigger]?.value ?? 0, pad.buttons[SIDES[1].trigger]?.value ?? 0), 0);
+    rates[0] = stick(pad, 1);
+    rates[1] = stick(pad, 0);
+    rates[2] = stick(pad, 3);
+    rates[5] = stick(pad, 2);
+    this.#engage(0, pad.buttons[GRIP]?.pressed ?? false, dt);
+  }
+
+  #useSide(pad: Gamepad, i: number, dt: number): void {
+    const { side, grip, trigger, ahead, aside, up, down } = SIDES[i]!, { rates } = this.#inputs[i]!, value = (button: number): number => pad.buttons[button]?.value ?? 0;
+    this.#squeeze(i, value(trigger), this.#tool(side));
+    rates.fill(0);
+    rates[0] = stick(pad, ahead);
+    rates[1] = stick(pad, aside);
+    rates[2] = value(up) - value(down);
+    this.#engage(i, pad.buttons[grip]?.pressed ?? false, dt);
+  }
+
+  #squeeze(i: number, value: number, tool: number): void {
+    const closed = this.#triggers[i]!.moved(value);
+    if (closed !== null) this.onGripper(closed, tool);
+  }
+
+  #engage(i: number, gripped: boolean, dt: number): void {
+    if (!gripped) this.#opened[i] = true;
+    else if (this.now() - this.#heard > SILENT) this.#opened[i] = false;
+    this.#inputs[i]!.advance(dt, gripped && this.#opened[i]!);
   }
 }

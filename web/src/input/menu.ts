@@ -11,6 +11,8 @@ export interface Asks {
   command(kind: RequestKind, more: { text?: string; value?: number; success?: boolean }): void;
   reset(): void;
   recentre(): void;
+  /** The hands change their arms. */
+  swap(): void;
 }
 
 /** Levels of slosh protection, in the weight's unit (s^3/m^2): a press selects the next one. */
@@ -43,6 +45,7 @@ export function itemsOf(session: Session, asks: Asks): Item[] {
   const add: Add = (row, label, on, act) => { items.push({ row, label, on, act }); };
   if (session.mayReset) add('Now', 'Reset', false, () => asks.reset());
   add('Now', 'Recentre', false, () => asks.recentre());
+  if (session.hasTwo) add('Now', 'Swap hands', false, () => asks.swap());
   add('Now', state.recording ? 'Recording' : 'Record', state.recording, () => asks.command('record', { value: state.recording ? 0 : 1 }));
   if (session.spill()) add('Now', 'Fill the glass', false, () => asks.command('refill', {}));
   addEpisode(session, add, asks);

@@ -3,7 +3,6 @@ import type { Connection } from '../connection';
 import type { CellObject, PlacedShape } from '../protocol';
 import type { Stage } from '../scene/stage';
 import type { Session } from '../session';
-import type { Drag } from './drag';
 
 /** s, between two positions sent to the server while an object is dragged. */
 const TELL_EVERY = 0.05;
@@ -33,7 +32,7 @@ export class Objects {
   #toldAt = 0;
   #moved = false;
 
-  constructor(private readonly stage: Stage, private readonly drag: Drag, private readonly session: Session,
+  constructor(private readonly stage: Stage, private readonly onHandle: () => boolean, private readonly session: Session,
               private readonly connection: Connection, canvas: HTMLCanvasElement, private readonly takeLease: () => void) {
     // Before the camera's listener, which must not turn the view as well.
     canvas.addEventListener('pointerdown', (event) => this.#grab(event, canvas), { capture: true });
@@ -42,11 +41,11 @@ export class Objects {
     addEventListener('blur', () => this.#release());
   }
 
-  /** The object that the tool carries; otherwise the last added or dragged one that still exists; empty: none. */
-  get chosen(): string { return this.stage.surroundings.carriedOr(this.#last); }
+  /** The object that the active tool carries; otherwise the last added or dragged one that still exists; empty: none. */
+  get chosen(): string { return this.stage.surroundings.carriedOr(this.#last, this.session.active); }
 
-  /** The tool carries an object. */
-  get carries(): boolean { return this.stage.surroundings.carriedOr('') !== ''; }
+  /** The active tool carries an object. */
+  get carries(): boolean { return this.stage.surroundings.carriedOr('', this.session.active) !== ''; }
 
   get #may(): boolean { return this.session.mayTake && !this.session.past; }
 
@@ -59,14 +58,15 @@ export class Objects {
     this.#tell(this.#last, { shape: 'box', size: [SIZE, SIZE, SIZE], rounding: 0.005, p: [BESIDE.x, BESIDE.y, BESIDE.z], q: [0, 0, 0, 1] });
   }
 
-  /** The tool takes the last added or dragged object, or releases the one it has. */
+  /** The active tool takes the last added or dragged object, or releases the one it has. */
   carry(): void {
     if (!this.#may) return;
-    const carried = this.stage.surroundings.objects.find((object) => object.attached);
+    const tool = this.session.active, carried = this.stage.surroundings.objects.find((object) => object.attached && (object.tool ?? 0) === tool);
     const text = carried?.name ?? this.#last;
     if (!text) return;
     this.takeLease();
-    this.connection.send({ type: 'request', kind: carried ? 'detach' : 'attach', text });
+    if (carried) this.connection.send({ type: 'request', kind: 'detach', text });
+    else this.connection.send({ type: 'request', kind: 'attach', text, ...(tool > 0 && { tool }) });
   }
 
   /** Removes the last added or dragged object. */
@@ -94,7 +94,7 @@ export class Objects {
   }
 
   #grab(event: PointerEvent, canvas: HTMLCanvasElement): void {
-    if (this.#held || !this.#may || event.button !== 0 || this.drag.controls.axis !== null) return;
+    if (this.#held || !this.#may || event.button !== 0 || this.onHandle()) return;
     this.#aim(event, canvas);
     this.#held = this.stage.surroundings.under(this.#ray, this.#from);
     if (!this.#held) return;

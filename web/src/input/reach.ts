@@ -1,5 +1,8 @@
 import * as THREE from 'three';
-import type { StateMessage } from '../protocol';
+import type { Tool } from '../protocol';
+
+/** The parts of the state that show what the target did. */
+export type Followed = Pick<Tool, 'state' | 'leader' | 'target'>;
 
 /** m/s of the hand: half of what counts as a jump. A busy browser reports a mouse's whole motion at once. */
 const FASTEST = 3;
@@ -44,21 +47,21 @@ export class Reach {
     this.#followsHand = false;
   }
 
-  /** @param handle wanted position of the target @param scale m of the tool for each m of the hand */
-  toward(handle: THREE.Vector3, state: Pick<StateMessage, 'now_s' | 'state' | 'leader' | 'target'>, scale: number, now: number): void {
+  /** @param handle wanted position of the target @param now_s of the state that has the tool @param scale m of the tool for each m of the hand */
+  toward(handle: THREE.Vector3, tool: Followed, now_s: number, scale: number, now: number): void {
     const passed = Math.min(now - this.#toldAt, PAUSE);
     this.#toldAt = now;
-    this.#look(state, now);
+    this.#look(tool, now_s, now);
     if (Number.isNaN(this.#grippedAt)) return;
     const left = this.#left.subVectors(handle, this.#from).sub(this.#followed);
-    if (left.length() > NEAR || this.#awayAt === Infinity) this.#awayAt = state.now_s;
+    if (left.length() > NEAR || this.#awayAt === Infinity) this.#awayAt = now_s;
     const share = Math.min(1, Math.max(LEAST_SHARE, (now - this.#grippedAt) / RAMP));
     left.divideScalar(share).clampLength(0, FASTEST * scale * passed);
     this.shift.add(left);
     this.#followed.addScaledVector(left, share);
   }
 
-  #look({ now_s, state, leader, target }: Pick<StateMessage, 'now_s' | 'state' | 'leader' | 'target'>, now: number): void {
+  #look({ state, leader, target }: Followed, now_s: number, now: number): void {
     const follows = state === 'engaged' && leader === 'person', anew = Number.isNaN(this.#grippedAt);
     if (follows && (anew || now_s - this.#awayAt > SETTLED)) this.#from.fromArray(target.p).sub(this.#followed);
     if (follows && anew) this.#grippedAt = now;

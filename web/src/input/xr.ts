@@ -6,7 +6,8 @@ import type { CameraView } from '../camera_view';
 import type { Connection } from '../connection';
 import { IN_EMULATOR, IN_HEADSET, type Means, ON_PAGE } from '../means';
 import { type Session, waveText } from '../session';
-import { STATE_COLORS, type Stage } from '../scene/stage';
+import type { Stage } from '../scene/stage';
+import { STATE_COLORS } from '../scene/tool_colors';
 import { Board } from './board';
 import { A, B, Buttons, GRIP, isController, STICK, TRIGGER } from './controllers';
 import type { EmulatedHand } from './emulator';
@@ -14,6 +15,7 @@ import { Guide } from './guide';
 import { itemsOf, type Asks } from './menu';
 import { Pointer } from './pointer';
 import { Screens } from './screens';
+import { isLimitOf, toolOf } from './sides';
 
 /** Hz, requested from the headset: at a higher rate each frame has too little time. */
 const RATE = 72;
@@ -32,14 +34,17 @@ export interface Acts {
   command: Asks['command'];
 }
 
-/** The headset's last report of the hand. */
-interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; lead: number; at: number }
+/** The controller that has, or had, a tool's hand, and its last report. */
+interface Grip { handedness: XRHandedness; readonly pose: MutablePose; known: boolean; guessed: boolean; lead: number; at: number; constrained: boolean }
+
+const noGrip = (): Grip => ({ handedness: 'none', pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, lead: 0, at: Infinity, constrained: false });
 
 /**
  * A headset. The grip of either controller engages, and that controller keeps the arm. B or Y of either stops. A
  * thumbstick scales up and down, and chooses on the board to either side; pressed, it resets, or presses the chosen
  * item. A or X sets forward to where the operator looks; the arm moves only after that. A trigger presses what its ray
- * is on, or moves the board; that of the engaged controller tilts the glass to pour.
+ * is on, or moves the board; that of the engaged controller tilts the glass to pour. If the robot has two tools, each
+ * hand has its tool, and X swaps them.
  */
 export class Headset {
   /** Emulated by the page itself. */
@@ -56,8 +61,10 @@ export class Headset {
   readonly #pointer = new Pointer(this.board);
   readonly #rig = new THREE.Group();
   readonly #buttons = new Buttons();
-  /** Of the controller that has the hand. */
-  #handedness: XRHandedness = 'none';
+  /** By tool. */
+  readonly #grips: readonly Grip[];
+  /** Each hand moves the tool of the other side. */
+  #swapped = false;
   /** Forward was set after the origin last moved. */
   #isForwardKnown = false;
   /** Pressed on the board. */
@@ -68,17 +75,16 @@ export class Headset {
   #before: { scale: number; yaw: number } | null = null;
   #scaleAt = 0;
   #chooseAt = 0;
-  #constrained = false;
   /** rad, tilt after pouring; null: not pouring. */
   #tiltAfter: number | null = null;
   #wroteAt = 0;
   #meansBefore: Means = ON_PAGE;
   readonly #eye = new THREE.Vector3();
   #mouse: EmulatedHand | null = null;
-  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, lead: 0, at: Infinity };
 
-  constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
+  constructor(private readonly stage: Stage, private readonly hands: readonly Hand[], private readonly facts: Session,
               private readonly connection: Connection, private readonly acts: Acts, private readonly onChange: () => void) {
+    this.#grips = hands.map(noGrip);
     this.board.position.set(-0.6, 1.5, -1.2);
     this.board.add(this.screens);
     this.#rig.add(this.board, this.#pointer, this.guide.notice);
@@ -133,7 +139,7 @@ export class Headset {
     this.stage.present(mode, this.simulated);
     this.#rig.visible = true;
     if (this.#mouse) this.#mouse.running = true;
-    this.#last.at = Infinity;
+    for (const grip of this.#grips) grip.at = Infinity;
     this.#recentred();
     this.onChange();
   }
@@ -167,7 +173,7 @@ export class Headset {
 
   /** A button that is held now must be released before it counts again. */
   #letGo(): void {
-    this.hand.release('headset');
+    for (const hand of this.hands) hand.release('headset');
     this.#pour(false);
     this.#buttons.forget();
   }
@@ -206,27 +212,71 @@ export class Headset {
     for (const source of session.inputSources) this.#buttons.note(source);
   }
 
+  /** The controller that has this tool's hand now. */
+  #has(tool: number): boolean { return this.hands[tool]!.source === 'headset'; }
+  #leads({ handedness }: XRInputSource): boolean { return this.#grips.some((grip, tool) => grip.handedness === handedness && this.#has(tool)); }
+  /** The tool that a controller moves. */
+  #toolOf(handedness: XRHandedness): number {
+    return toolOf(handedness === 'left' ? 'left' : 'right', this.facts.welcome?.robot, this.facts.state?.controls.yaw ?? 0, this.#swapped);
+  }
+
   #use(session: XRSession, frame: XRFrame, space: XRReferenceSpace, now: number): void {
-    let leading: XRInputSource | undefined;
     for (const source of session.inputSources) {
       if (!isController(source)) continue;
       if (this.#buttons.began(source, STICK)) this.#pressStick();
-      if (this.#buttons.began(source, A) || this.#wantsForward) this.#setForward(frame, space);
+      const pressed = this.#buttons.began(source, A), swaps = this.facts.hasTwo && source.handedness === 'left';
+      if (pressed && swaps) this.#swap();
+      if ((pressed && !swaps) || this.#wantsForward) this.#setForward(frame, space);
       if (this.#buttons.began(source, GRIP)) this.#grip(source);
       this.#scale(source.gamepad!.axes[3] ?? 0, now);
-      if (source.handedness === this.#handedness) leading = source;
     }
-    const grips = this.facts.hasGripper; // then the trigger closes it and does not pour
-    if (grips && leading && this.hand.source === 'headset') this.hand.gripper = leading.gamepad!.buttons[TRIGGER]?.value ?? 0;
-    const pulled = !grips && leading !== undefined && (this.#tiltAfter === null ? this.#buttons.began(leading, TRIGGER) : this.#buttons.isPressed(leading, TRIGGER));
-    this.#pour(pulled && this.hand.source === 'headset');
-    if (this.hand.source !== 'headset') return;
+    let pours = false;
+    for (let tool = 0; tool < this.hands.length; ++tool) pours = this.#follow(tool, session, frame, space, now) || pours;
+    this.#pour(pours);
+  }
+
+  /** Reports the pose of the controller that moves this tool, and closes its gripper. @returns its trigger pours */
+  #follow(tool: number, session: XRSession, frame: XRFrame, space: XRReferenceSpace, now: number): boolean {
+    const hand = this.hands[tool]!, grip = this.#grips[tool]!;
+    if (!this.#has(tool)) return false;
+    let leading: XRInputSource | undefined;
+    for (const source of session.inputSources) if (isController(source) && source.handedness === grip.handedness) leading = source;
+    const grips = this.facts.isGripper(tool); // then the trigger closes it and does not pour
+    if (grips && leading) hand.gripper = leading.gamepad!.buttons[TRIGGER]?.value ?? 0;
     // The controller is switched off or put down: this is no release. The server gets a sample without a pose.
-    if (!leading) return this.#report(null, 0, now);
-    if (!this.#buttons.isPressed(leading, GRIP)) return this.hand.release('headset');
-    const lead = (frame.predictedDisplayTime ?? 0) / 1000 - now;
-    this.#report(frame.getPose(leading.gripSpace!, space) ?? null, lead > 0 && lead < LEAD_MAX ? lead : 0, now);
-    this.#pulse(leading);
+    if (!leading) this.#report(tool, null, 0, now);
+    else if (!this.#buttons.isPressed(leading, GRIP)) hand.release('headset');
+    else {
+      const lead = (frame.predictedDisplayTime ?? 0) / 1000 - now;
+      this.#report(tool, frame.getPose(leading.gripSpace!, space) ?? null, lead > 0 && lead < LEAD_MAX ? lead : 0, now);
+      this.#pulse(tool, leading);
+    }
+    if (grips || !leading || !this.#has(tool)) return false;
+    return this.#tiltAfter === null ? this.#buttons.began(leading, TRIGGER) : this.#buttons.isPressed(leading, TRIGGER);
+  }
+
+  /** Not while a hand is engaged: its arm would not change under it. */
+  #swap(): void {
+    const now = performance.now() / 1000;
+    if (this.hands.some(({ source }) => source === 'headset')) return this.facts.hint('Release both grips to swap the hands.', now);
+    this.#swapped = !this.#swapped;
+    const [left, right] = this.#arms ?? [];
+    this.facts.hint(`Swapped: the left hand moves ‘${left}’, the right hand ‘${right}’.`, now);
+  }
+
+  /** Names of the arms of the left and the right hand; null: there is one arm. */
+  get #arms(): [string, string] | null {
+    const names = this.facts.toolNames;
+    return this.facts.hasTwo ? [names[this.#toolOf('left')]!, names[this.#toolOf('right')]!] : null;
+  }
+
+  /** A line for each hand: its arm, and how that is. */
+  #armLines(): string[] {
+    const { facts } = this;
+    return (['left', 'right'] as const).map((side) => {
+      const tool = this.#toolOf(side), wave = facts.wave(tool);
+      return `${side === 'left' ? 'Left hand (X swaps)' : 'Right hand'}: ‘${facts.toolNames[tool]}’ ${facts.state?.tools[tool]?.state ?? ''}${wave ? `, ${waveText(wave)}` : ''}`;
+    });
   }
 
   /** A pressed stick resets if a reset is due; otherwise it presses the item it chose. */
@@ -239,7 +289,7 @@ export class Headset {
   #point(session: XRSession, frame: XRFrame, space: XRReferenceSpace, now: number): void {
     this.#pointer.begin();
     for (const source of session.inputSources) {
-      if (!isController(source) || (this.hand.source === 'headset' && source.handedness === this.#handedness)) continue;
+      if (!isController(source) || this.#leads(source)) continue;
       const pose = frame.getPose(source.targetRaySpace, space);
       if (pose) this.#pointer.aim(source.handedness, pose, this.#buttons.isPressed(source, TRIGGER), this.#buttons.began(source, TRIGGER));
       this.#choose(source.gamepad!.axes[2] ?? 0, now);
@@ -259,9 +309,10 @@ export class Headset {
   }
 
   #grip(source: XRInputSource): void {
-    if (this.hand.source !== null || !this.#isForwardKnown) return;
-    if (!this.hand.grab('headset', this.acts.wantLease())) return;
-    this.#handedness = source.handedness;
+    const tool = this.#toolOf(source.handedness), hand = this.hands[tool]!;
+    if (hand.source !== null || !this.#isForwardKnown || this.#leads(source)) return;
+    if (!hand.grab('headset', this.acts.wantLease())) return;
+    this.#grips[tool]!.handedness = source.handedness;
     this.guide.used('lead');
   }
 
@@ -273,30 +324,30 @@ export class Headset {
     this.#tiltAfter = wanted ? tilt : null;
   }
 
-  #report(pose: XRPose | null, lead: number, now: number): void {
-    const last = this.#last;
-    last.known = pose !== null;
-    last.guessed = pose !== null && pose.emulatedPosition;
-    last.lead = lead;
-    last.at = now;
+  #report(tool: number, pose: XRPose | null, lead: number, now: number): void {
+    const grip = this.#grips[tool]!;
+    grip.known = pose !== null;
+    grip.guessed = pose !== null && pose.emulatedPosition;
+    grip.lead = lead;
+    grip.at = now;
     if (pose) {
-      toRobot(pose.transform.position, last.pose.p);
-      toRobotRotation(pose.transform.orientation, last.pose.q);
+      toRobot(pose.transform.position, grip.pose.p);
+      toRobotRotation(pose.transform.orientation, grip.pose.q);
       this.leads.push(lead);
       if (this.leads.length > 600) this.leads.shift();
     }
-    this.#tell();
+    this.#tell(tool);
   }
 
-  #tell(): void {
-    const { pose, known, guessed, lead } = this.#last;
-    this.hand.report('headset', known ? pose : null, guessed, lead);
+  #tell(tool: number): void {
+    const { pose, known, guessed, lead } = this.#grips[tool]!;
+    this.hands[tool]!.report('headset', known ? pose : null, guessed, lead);
   }
 
   /** Between frames: an emulated hand keeps its pose, however slow the drawing is. A real one may be anywhere. */
   repeat(now: number): void {
-    if (!this.simulated || !this.session || this.hand.source !== 'headset' || now - this.#last.at < 0.03) return;
-    this.#tell();
+    if (!this.simulated || !this.session) return;
+    for (let tool = 0; tool < this.hands.length; ++tool) if (this.#has(tool) && now - this.#grips[tool]!.at >= 0.03) this.#tell(tool);
   }
 
   /** Takes control, and ends a playback: forward is that of the operator. */
@@ -328,26 +379,30 @@ export class Headset {
     this.guide.used('stick');
   }
 
-  #pulse(source: XRInputSource): void {
-    const constrained = (this.facts.state?.constraint.kind ?? 'none') !== 'none';
-    if (constrained && !this.#constrained) {
+  /** When a limit begins to hold back the arm that the controller moves. */
+  #pulse(tool: number, source: XRInputSource): void {
+    const { state, welcome } = this.facts, grip = this.#grips[tool]!, constrained = state !== null && isLimitOf(tool, state.constraint, welcome?.robot);
+    if (constrained && !grip.constrained) {
       const motor = (source.gamepad as unknown as { hapticActuators?: { pulse?(strength: number, ms: number): void }[] }).hapticActuators?.[0];
       motor?.pulse?.(0.6, 40);
     }
-    this.#constrained = constrained;
+    grip.constrained = constrained;
   }
 
   readonly #asks: Asks = {
     command: (kind, more) => this.acts.command(kind, more),
     reset: () => this.acts.reset(),
     recentre: () => { this.#wantsForward = true; },
+    swap: () => this.#swap(),
   };
 
   /** Warnings that the operator must see wherever they look. */
   #lost(live: boolean): string[] {
     if (!live) return ['No connection: the arm may move'];
-    if (this.hand.source !== 'headset' || (this.#last.known && !this.#last.guessed)) return [];
-    return this.#last.at === Infinity ? [] : ['Controller not seen: the arm holds'];
+    return this.#grips.flatMap(({ known, guessed, at, handedness }, tool) => {
+      if (!this.#has(tool) || (known && !guessed) || at === Infinity) return [];
+      return [this.facts.hasTwo ? `${handedness === 'left' ? 'Left' : 'Right'} controller not seen: the arms hold` : 'Controller not seen: the arm holds'];
+    });
   }
 
   #write(now: number): void {
@@ -357,13 +412,15 @@ export class Headset {
     const live = facts.status === 'open' && !facts.isStale(now), present = live && !facts.past;
     const ms = (us: number | null) => latencyText(us === null ? null : us / 1000);
     const { p50, p99 } = state.latency_us, title = facts.title(now);
-    const wave = present ? facts.wave() : null;
+    const wave = present && !facts.hasTwo ? facts.wave() : null;
+    this.guide.arms = this.#arms;
     this.board.write(
       title.charAt(0).toUpperCase() + title.slice(1),
       `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
       !live ? 'the view is outdated, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || facts.spill() || (facts.wasRefilled(now) ? 'full glass again' : ''),
       [facts.reason(now),
-        facts.advice(now, this.hand.heldFor),
+        facts.advice(now, Math.max(...this.hands.map(({ heldFor }) => heldFor))),
+        ...(present && facts.hasTwo ? this.#armLines() : []),
         present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${scaleText(state.controls.scale)}` : '',
         wave ? waveText(wave) : ''],
       live ? itemsOf(facts, this.#asks) : []);

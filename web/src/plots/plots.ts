@@ -4,11 +4,10 @@ import { element, made, onResize, plotRow, put } from '../element';
 import type { Measure, Profile, StateMessage } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { latencyText, offText, planningText, sloshText } from '../figures';
-import { COLUMNS, Comparison, Moment } from './comparison';
-import { History, RATE } from './history';
-import { Runs } from './runs';
-import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
-import { Swing } from '../swing';
+import { Comparison } from './comparison';
+import type { History } from './history';
+import { Minute } from './minute';
+import { Strip } from './strip';
 
 /** px, height of a row's plot, and of the time axis below the last one. */
 const HEIGHT = 40, TIMES = 21;
@@ -20,35 +19,27 @@ interface Line { label: string; color: string; dash?: number[] }
  * `width`: px, 0 if hidden; stored, because reading it while drawing would make the browser compute the layout of the
  * page.
  */
-interface Row { history: History; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number; width: number; write(value: Measure | undefined): string }
+interface Row { name: string; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number; width: number; write(value: Measure | undefined): string }
 
-/** A value of 0 means that nothing was measured yet. */
-const milli = (value: Measure): number | null => (value ? value / 1000 : null);
-
-/** The last minute on one time axis: states, lateral specific force and tracking error; each profile has a colour. */
+/** The last minute of the active tool on one time axis: states, lateral specific force and tracking error; each profile has a colour. */
 export class Plots {
   readonly #rows: Record<string, Row> = {};
   readonly #inTurn: Row[];
   readonly #strip = new Strip();
-  readonly #events = new History(4);
   readonly #comparison: Comparison;
-  readonly #moment = new Moment();
-  readonly #swing = new Swing();
-  readonly #runs = new Runs();
-  readonly #led = new History(COLUMNS);
-  readonly #own: (number | null)[];
-  readonly #event: (number | null)[] = [0, 0, 0, 0];
+  /** Of each tool. */
+  readonly #minutes: Minute[];
+  /** Index of the tool that is shown. */
+  active = 0;
   #turn = 0;
   /** The table was updated last time: every second time is enough. */
   #told = false;
-  #next = 0;
-  #missed = -1;
   /** s, negative, at the pointer; null: no pointer. */
   #pointed: number | null = null;
 
   /** @param motions names of the recorded motions */
   constructor(private readonly root: HTMLElement, table: HTMLElement, private readonly profiles: Profile[], motions: readonly string[]) {
-    this.#own = profiles.map(() => null);
+    this.#minutes = [new Minute(profiles)];
     this.#comparison = new Comparison(table, element('compare-note', HTMLElement), profiles, motions);
     root.replaceChildren();
     const strip = this.#frame('states', 'States', '', 'States as the lamp shows them; below: spills, active limits, missed deadlines');
@@ -74,13 +65,13 @@ export class Plots {
 
   /** @param least extent of the axis even if all values are smaller @param write formats a value */
   #make(name: string, title: string, unit: string, meaning: string, lines: Line[], least: number, write: Row['write'], last = false): void {
-    const box = this.#frame(name, title, unit, meaning), history = new History(lines.length), height = HEIGHT + (last ? TIMES : 0);
+    const box = this.#frame(name, title, unit, meaning), height = HEIGHT + (last ? TIMES : 0);
     const values = box.previousElementSibling!.appendChild(document.createElement('output'));
     const ink = (): string => resolved('var(--muted)');
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     const plot = new uPlot({
       width: Math.max(120, box.clientWidth), height, padding: [4, 14, last ? 0 : 4, 0],
-      scales: { x: { time: false, range: () => [-history.span, 0] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, least) * 1.08] } },
+      scales: { x: { time: false, range: () => [-this.#history(name).span, 0] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, least) * 1.08] } },
       axes: [
         { ...axis, size: last ? TIMES : 0, gap: 6, space: 60, values: (_u, ticks) => ticks.map((t) => (!last ? '' : t === 0 ? 'now' : `${+t.toFixed(1)} s`)) },
         { ...axis, size: AXIS, gap: 3, space: 16 },
@@ -89,57 +80,34 @@ export class Plots {
       legend: { show: false },
       hooks: { setCursor: [(u) => { this.#pointed = u.cursor.idx ?? null; }] },
       series: [{}, ...lines.map(({ label, color, dash }) => ({ label, stroke: () => resolved(color), width: 1.5, points: { show: false }, ...(dash && { dash }) }))],
-    }, history.data as uPlot.AlignedData, box);
-    this.#rows[name] = { history, plot, box, values, lines, height, write, width: 0 };
+    }, this.#history(name).data as uPlot.AlignedData, box);
+    this.#rows[name] = { name, plot, box, values, lines, height, write, width: 0 };
   }
 
   take(state: StateMessage): void {
-    const error = state.tracking_error === null ? null : state.tracking_error * 1e3;
-    if (this.#moment.profile >= 0 && this.#moment.profile !== state.controls.profile) this.#led.push(state.now_s, this.#moment.end());
-    this.#moment.take(state.now_s, state.controls.profile, state.state === 'engaged', state.liquid.lateral, error, state.liquid.spilled_share,
-      this.#swing.of(state.now_s, state.controls.profile, state.controls.no_spill));
-    this.#runs.take(state, error);
-    if (state.now_s < this.#next && state.now_s > this.#next - 1) return;
-    this.#next = state.now_s + 1 / RATE;
-    const lateral = this.#moment.largest;
-    this.#led.push(state.now_s, this.#moment.end());
-    const before = this.#moment.endBefore();
-    if (before) this.#led.push(state.now_s, before);
-    const t = state.now_s, rows = this.#rows;
-    rows.lateral!.history.push(t, this.#ofProfile(lateral, state.controls.profile));
-    rows.error!.history.push(t, this.#ofProfile(error, state.controls.profile));
-    rows.solve!.history.push(t, [milli(state.solve_us.p50), milli(state.solve_us.p99)]);
-    rows.latency!.history.push(t, [milli(state.latency_us.p50), milli(state.latency_us.p99)]);
-    this.#event[STATE] = STATES.indexOf(state.state);
-    this.#event[SPILLED] = Number(state.liquid.spilled);
-    this.#event[LIMITED] = Number(state.constraint.kind !== 'none');
-    this.#event[MISSED] = Number(this.#missed >= 0 && state.missed_deadlines > this.#missed);
-    this.#missed = state.missed_deadlines;
-    this.#events.push(t, this.#event);
+    for (let i = 0; i < state.tools.length; ++i) (this.#minutes[i] ??= new Minute(this.profiles)).take(state, state.tools[i]!);
   }
 
-  /** A row with one profile's value; the same array each time. */
-  #ofProfile(value: number | null, index: number): readonly (number | null)[] {
-    for (let i = 0; i < this.#own.length; ++i) this.#own[i] = this.profiles[i]!.index === index ? value : null;
-    return this.#own;
-  }
+  get #minute(): Minute { return this.#minutes[this.active] ?? this.#minutes[0]!; }
+  #history(name: string): History { return this.#minute.histories[name]!; }
 
   /** One row for each call, so that no frame waits for all of them; states with the first. */
   drawNext(): void {
     const row = this.#inTurn[this.#turn]!;
-    if (row.width > 0) row.plot.setData(row.history.data as uPlot.AlignedData);
-    if (this.#turn === 0) this.#strip.draw(this.#events);
+    if (row.width > 0) row.plot.setData(this.#history(row.name).data as uPlot.AlignedData);
+    if (this.#turn === 0) this.#strip.draw(this.#minute.events);
     this.#turn = (this.#turn + 1) % this.#inTurn.length;
   }
 
   /** Updates values and table together with all other texts, so that the browser computes the layout once. */
   tell(): void {
     for (const row of this.#inTurn) if (row.width > 0) this.#tell(row);
-    if ((this.#told = !this.#told)) this.#comparison.draw(this.#led, this.#runs);
+    if ((this.#told = !this.#told)) this.#comparison.draw(this.#minute.led, this.#minute.runs);
   }
 
   /** The values at the pointer, or else the newest ones. */
-  #tell({ history, values, lines, write }: Row): void {
+  #tell({ name, values, lines, write }: Row): void {
+    const history = this.#history(name);
     const at = this.#pointed ?? history.times.length - 1;
     const shown = lines.flatMap(({ label, dash }, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [`${dash ? `${label} ` : ''}${write(value)}`]; }).join(', ');
     put(values, 'textContent', shown);

@@ -1,4 +1,4 @@
-import type { StateMessage } from '../protocol';
+import type { StateMessage, Tool } from '../protocol';
 import type { Totals } from './comparison';
 
 /** s for which whole runs are shown after the last one ended. */
@@ -16,7 +16,7 @@ export class Runs {
   #newest: { motion: number; at: number } | null = null;
 
   /** @param off mm, from the target to the glass */
-  take({ now_s, state, reason_code: code, reason_leader: leader, controls: { playback, profile }, liquid }: StateMessage, off: number | null): void {
+  take({ now_s, controls: { playback, profile } }: Pick<StateMessage, 'now_s' | 'controls'>, { state, reason_code: code, reason_leader: leader, liquid }: Tool, off: number | null): void {
     const dt = now_s - this.#at, before = this.#state, hadEnded = this.#hasEnded;
     const ends = leader === 'recording' && (code === 'released' || code === 'profile_waits'), isHeldUp = leader === 'recording' && code === 'silent';
     const spilt = Math.max(0, liquid.spilled_share - this.#out) || 0;

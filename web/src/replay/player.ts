@@ -8,14 +8,8 @@ const STEP = 1 / 30;
 /** `amount`: of a spill the share of the liquid, of missed deadlines how many. */
 export interface StoryEvent { t_s: number; kind: string; what: string; why: string; amount?: number }
 
-/**
- * The answer to GET sessions/NAME/motion: times and measured positions of the arm; the target, the liquid and the
- * events, each with its own times.
- */
-export interface Motion {
-  name: string;
-  t_s: number[];
-  q: number[][];
+/** What was recorded of one tool. */
+export interface ToolMotion {
   /** Measured, 0 open to 1 closed; null: no gripper. */
   gripper?: (number | null)[];
   target?: { t_s: number[]; p: Vec3[]; q: Quat[]; engaged: number[]; lateral: (number | null)[]; error_mm: (number | null)[] };
@@ -26,12 +20,36 @@ export interface Motion {
   /** Mean distance from the target to the glass while engaged, computed as in the report; null: never engaged. */
   off_target_mm?: number | null;
   liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[]; spilled_share: number[] };
+}
+
+/**
+ * The answer to GET sessions/NAME/motion: times and measured positions of the arm; the target, the liquid and the
+ * events, each with its own times.
+ */
+export interface Motion extends ToolMotion {
+  name: string;
+  t_s: number[];
+  q: number[][];
+  /** Name of the first tool, and the others; absent: there is one. */
+  tool?: string;
+  other_tools?: ({ name: string } & ToolMotion)[];
   settings?: { t_s: number; profile: string; scale: number; fill: number }[];
   events?: StoryEvent[];
 }
 
+/** The recording of each tool by itself, with its events and those of the whole robot. One tool: the recording. */
+export function motionsOf(motion: Motion): Motion[] {
+  const { other_tools: others = [], ...first } = motion;
+  if (others.length === 0) return [motion];
+  const each: Motion[] = [first, ...others.map(({ name, ...tool }) => ({ ...first, ...tool, tool: name }))];
+  const toolOf = ({ kind, what, why }: StoryEvent): number => each.findIndex(({ tool }) => (kind === 'state' ? why : what).startsWith(`${tool}: `));
+  return each.map((of, i) => ({ ...of, ...(of.events && { events: of.events.filter((event) => [-1, i].includes(toolOf(event))) }) }));
+}
+
 /** Names of the profiles used while engaged, in the order of their first use. */
-export function ledIn({ target, settings = [] }: Motion): string[] {
+export function ledIn(motion: Motion): string[] { return [...new Set(motionsOf(motion).flatMap(ledBy))]; }
+
+function ledBy({ target, settings = [] }: Motion): string[] {
   const names = new Set<string>(), { t_s = [], engaged = [] } = target ?? {};
   for (let i = 0, k = -1; i < t_s.length; ++i) {
     while (k + 1 < settings.length && settings[k + 1]!.t_s <= t_s[i]!) ++k;
@@ -65,6 +83,8 @@ export class Player {
   at = 0;
   readonly duration: number;
   readonly begin: number;
+  /** A player of each tool, at the same time; one tool: this player. */
+  readonly tools: readonly Player[];
   readonly #q: Float64Array;
   readonly #target: MutablePose = { p: [0, 0, 0], q: [0, 0, 0, 1] };
   readonly #tilt: [number, number] = [0, 0];
@@ -74,19 +94,24 @@ export class Player {
     this.begin = motion.t_s[0]!;
     this.duration = motion.t_s[motion.t_s.length - 1]! - this.begin;
     this.#q = new Float64Array(motion.q[0]!.length);
+    const tools = motionsOf(motion);
+    this.tools = tools.length > 1 ? tools.map((tool) => new Player(tool)) : [this];
   }
 
-  seek(at: number): void { this.at = Math.max(0, Math.min(this.duration, at)); }
+  seek(at: number): void {
+    this.at = Math.max(0, Math.min(this.duration, at));
+    for (const tool of this.tools) tool.at = this.at;
+  }
 
   advance(dt: number): void {
     if (!this.playing) return;
     this.seek(this.at + dt * this.speed);
     if (this.at < this.duration) return;
-    if (this.loops && this.duration > 0) this.at = 0; else this.playing = false;
+    if (this.loops && this.duration > 0) this.seek(0); else this.playing = false;
   }
 
   toggle(): void {
-    if (!this.playing && this.at >= this.duration) this.at = 0;
+    if (!this.playing && this.at >= this.duration) this.seek(0);
     this.playing = !this.playing;
   }
 
@@ -157,8 +182,17 @@ export class Player {
     return { now, least };
   }
 
-  /** Intervals in which the arm was engaged, s of the recording's clock. */
+  /** Intervals in which the arm, or one of two, was engaged, s of the recording's clock. */
   get led(): { from: number; to: number }[] {
+    if (this.tools.length > 1) {
+      const all = this.tools.flatMap(({ led }) => led).sort((a, b) => a.from - b.from), merged: { from: number; to: number }[] = [];
+      for (const each of all) {
+        const before = merged.at(-1);
+        if (before && each.from <= before.to) before.to = Math.max(before.to, each.to);
+        else merged.push({ ...each });
+      }
+      return merged;
+    }
     const states = (this.motion.events ?? []).filter(({ kind }) => kind === 'state'), end = this.begin + this.duration;
     return states.flatMap(({ t_s, what }, i) => (what === 'engaged' ? [{ from: t_s, to: Math.min(end, states[i + 1]?.t_s ?? end) }] : []));
   }
@@ -174,7 +208,11 @@ export class Player {
     return i >= 0 && liquid!.spilled[i] === 1;
   }
 
-  get state(): string { return last(this.motion.events, this.now, ({ kind }) => kind === 'state')?.what ?? ''; }
+  /** Of two arms: engaged, or else holding, if one is. */
+  get state(): string {
+    const own = this.tools.length > 1 ? this.tools.map(({ state }) => state) : [];
+    return own.find((state) => state === 'engaged') ?? own.find((state) => state === 'holding') ?? last(this.motion.events, this.now, ({ kind }) => kind === 'state')?.what ?? '';
+  }
   get profile(): string { return last(this.motion.settings, this.now)?.profile ?? ''; }
   get scale(): number | undefined { return last(this.motion.settings, this.now)?.scale; }
   /** m; 0: not recorded. */

@@ -108,7 +108,7 @@ export class Replay {
     if (!player) return;
     const { at, duration, playing, speed, loops } = player, label = this.profiles.find(({ name }) => name === player.profile)?.label ?? player.profile;
     element('past-at', HTMLInputElement).value = String(at);
-    const facts = [player.state, label, player.scale && `scale ${scaleText(player.scale)}`, this.#track?.values(), player.spilled ? 'spilled' : this.#wave(player)].filter(Boolean);
+    const facts = [player.state, label, player.scale && `scale ${scaleText(player.scale)}`, this.#track?.values(), ...player.tools.map((tool) => this.#liquid(tool))].filter(Boolean);
     element('past-at', HTMLInputElement).setAttribute('aria-valuetext', [`${clock(at)} of ${clock(duration)}`, ...facts].join(', '));
     element('past-time', HTMLElement).textContent = `${fine(at, playing ? 1 : 2)} / ${clock(duration)}`; // a step is less than a tenth
     element('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
@@ -119,6 +119,12 @@ export class Replay {
     element('past-spill', HTMLElement).textContent = spillAt(player.motion.events ?? [], player.now);
     this.#happened.follow(at);
     this.#track?.draw();
+  }
+
+  /** Of a tool, with its name if there are two. */
+  #liquid(tool: Player): string {
+    const words = tool.spilled ? 'spilled' : this.#wave(tool);
+    return words && tool.motion.tool !== undefined ? `${tool.motion.tool}: ${words}` : words;
   }
 
   #wave(player: Player): string {

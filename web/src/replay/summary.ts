@@ -81,8 +81,13 @@ const ledFor = ({ led }: Player): number => led.reduce((sum, { from, to }) => su
 export function summaryOf(player: Player): Figure[] {
   const { motion, duration, begin } = player, events = motion.events ?? [];
   const led = ledFor(player);
-  const felt = feltOf(player);
-  const off = motion.off_target_mm ?? null;
+  const felt = player.tools.map(feltOf), off = player.tools.map((tool) => tool.motion.off_target_mm ?? null);
+  /** Of each tool; the larger one is compared. */
+  const each = (values: readonly (number | null)[], write: (value: number) => string): [string, number | null] => {
+    const known = values.filter((value) => value !== null);
+    return [values.map((value) => (value === null ? '–' : write(value))).join(' / '), known.length > 0 ? Math.max(...known) : null];
+  };
+  const feltBy = (of: 'mean' | 'most') => each(felt.map((tool) => (tool.known ? tool[of] : null)), sloshText);
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
   const lost = total(spills.map(({ amount = 1 }) => amount));
   // Per minute, so that sessions of different lengths can be compared.
@@ -90,9 +95,9 @@ export function summaryOf(player: Player): Figure[] {
   return [
     ['Length', clock(duration), null, ''],
     ['Engaged', spanText(led), null, 'Time engaged'],
-    ['Lateral mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean lateral specific force while engaged'],
-    ['Lateral peak, m/s²', felt.known ? sloshText(felt.most) : '–', felt.known ? felt.most : null, 'Its largest value'],
-    ['Tracking error, mm', off === null ? '–' : meanOffText(off), off, 'Mean distance from the target to the glass'],
+    ['Lateral mean, m/s²', ...feltBy('mean'), 'Mean lateral specific force while engaged'],
+    ['Lateral peak, m/s²', ...feltBy('most'), 'Its largest value'],
+    ['Tracking error, mm', ...each(off, meanOffText), 'Mean distance from the target to the glass'],
     ['Spilled', spillText(spills, begin, led), perMinute(lost), 'Number, share and times of spills; the comparison uses the spilled share per minute engaged'],
     ['Active limits', rateText(count('limit'), led), perMinute(count('limit')), 'Number of times that a limit was active; the comparison uses the number per minute engaged'],
     ['Stops', String(stopsOf(events)), null, 'Number of stops'],

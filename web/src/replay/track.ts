@@ -84,6 +84,9 @@ export function curveOf(motion: Motion, name: Curve, begin: number, joints: read
   return [times, values];
 }
 
+/** A curve of a tool. @property of its recording @property late s; null: of the recording that plays @property label its name and a blank; empty: there is one tool */
+interface Line { of: Player; late: number | null; label: string; curve: [number[], (number | null)[]]; color: string; dash?: number[] }
+
 /** Value of a curve at this time; null: not known. */
 export function valueAt([times, values]: [readonly number[], readonly (number | null)[]], at: number): number | null {
   const i = indexAt(times, at);
@@ -98,7 +101,9 @@ export function told([times, values]: [readonly number[], readonly (number | nul
 }
 
 /** States and profiles of a recording in order, as text. */
-export function statesTold({ motion, begin, duration }: Player): string {
+export function statesTold(player: Player): string {
+  if (player.tools.length > 1) return player.tools.map((tool) => `${tool.motion.tool}: ${statesTold(tool)}`).join('; ');
+  const { motion, begin, duration } = player;
   const spent = new Map<string, number>(), states = (motion.events ?? []).filter(({ kind }) => kind === 'state');
   states.forEach(({ t_s, what }, i) => spent.set(what, (spent.get(what) ?? 0) + Math.max(0, (states[i + 1]?.t_s ?? begin + duration) - Math.max(begin, t_s))));
   const profiles = new Set((motion.settings ?? []).map(({ profile }) => profile));
@@ -132,7 +137,7 @@ export class Track {
     const bands = this.#frame('State', 'and profile', statesTold(player));
     this.#bands.style.marginLeft = `${AXIS}px`;
     bands.append(this.#bands);
-    const knowsLiquid = player.motion.liquid?.freeboard_mm.some((value) => value !== null) ?? false;
+    const knowsLiquid = player.tools.some(({ motion: { liquid } }) => liquid?.freeboard_mm.some((value) => value !== null) ?? false);
     const drawn = CURVES.filter((name) => chosen.has(name) && (knowsLiquid || (name !== 'rim' && name !== 'spilled')));
     for (const name of drawn) this.#make(name, name === drawn[drawn.length - 1]);
     this.#cursor.className = 'cursor';
@@ -167,20 +172,27 @@ export class Track {
     return box;
   }
 
+  /** Of each tool, also of the recording that is laid over this one. */
+  #linesOf(name: Curve): Line[] {
+    const both: [Player, number | null][] = [[this.player, null], ...(this.other ? [[this.other, this.late] as [Player, number]] : [])];
+    return both.flatMap(([of, late]) => (name === 'speed' ? [of] : of.tools).map(({ motion }, i): Line => {
+      const [times, values] = curveOf(motion, name, of.begin, this.joints), label = name !== 'speed' && motion.tool !== undefined ? `${motion.tool} ` : '';
+      if (late === null) return { of, late, label, curve: [times, values], color: i === 0 ? 'var(--ink)' : 'var(--tool-2)' };
+      return { of, late, label, curve: [times.map((t) => t - late), values], color: 'var(--past)', dash: i === 0 ? [4, 3] : [1, 3] };
+    }));
+  }
+
   #make(name: Curve, last: boolean): void {
-    const { player, other, joints } = this, { title, unit, write, least, reach } = KINDS[name];
-    const curves = [curveOf(player.motion, name, player.begin, joints)], box = this.#frame(title, unit, told(curves[0]!, write, unit, least));
+    const { joints } = this, { title, unit, write, least, reach } = KINDS[name], lines = this.#linesOf(name), curves = lines.map(({ curve }) => curve);
+    const box = this.#frame(title, unit, lines.filter(({ late }) => late === null).map(({ curve, label }) => `${label}${told(curve, write, unit, least)}`).join('; '));
     const full = name === 'rim' ? TO_RIM * Math.max(1, curves[0]![1].find((value) => value !== null) ?? Infinity) : Infinity;
-    if (other) {
-      const [times, values] = curveOf(other.motion, name, other.begin, joints);
-      curves.push([times.map((t) => t - this.late), values]);
-    }
+    if (lines.some(({ label }) => label)) box.previousElementSibling!.append(...lines.filter(({ late }) => late === null).map(({ label, color }) => Object.assign(document.createElement('small'), { textContent: label, style: `color: ${color}` })));
     // The joint is known for the time itself, not for a point that represents several times.
-    const joint = (which: number, at: number): string => {
-      const of = which === 0 ? player : other!, words = name === 'speed' ? fastestAt(of.motion, joints, of.begin + at + (which === 0 ? 0 : this.late)) : '';
+    const joint = ({ of, late }: Line, at: number): string => {
+      const words = name === 'speed' ? fastestAt(of.motion, joints, of.begin + at + (late ?? 0)) : '';
       return words && ` (${words})`;
     };
-    this.#told.push((at) => `${title.toLowerCase()} ${curves.map((curve, which) => { const value = valueAt(curve, at); return value === null ? '–' : `${write(value)}${joint(which, at)}`; }).join(', the other ')} ${unit}`);
+    this.#told.push((at) => `${title.toLowerCase()} ${lines.map((line) => { const value = valueAt(line.curve, at); return `${line.late === null ? '' : 'the other '}${line.label}${value === null ? '–' : `${write(value)}${joint(line, at)}`}`; }).join(', ')} ${unit}`);
     const ink = (): string => resolved('var(--muted)');
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
@@ -188,7 +200,7 @@ export class Track {
       scales: { x: { time: false, range: () => [...this.#span] }, y: { range: (_u, low, high) => [Math.min(0, name === 'height' ? (low ?? 0) : 0), Math.min(full, Math.max(high ?? 0, reach) * 1.08)] } },
       axes: [{ ...axis, size: last ? TIMES : 0, gap: 6, space: 60, incrs: () => (this.#isLong ? STEPS : FINE_STEPS), values: (_u, ticks) => ticks.map((t) => (last ? this.#timeText(t) : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
-      series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],
+      series: [{}, ...lines.map(({ color, dash }) => ({ stroke: () => resolved(color), width: 1.5, points: { show: false }, ...(dash && { dash }) }))],
     }, uPlot.join(curves.map(([times, values]) => [times, values.map((value) => (value === null ? null : Math.min(value, full)))] as uPlot.AlignedData), curves.map((curve) => curve.map(() => EXPAND_NULLS))), box));
   }
 
@@ -267,7 +279,8 @@ export class Track {
     const [, width] = this.#place, [begins, ends] = this.#span;
     this.#boxes.slice(1).forEach((box, i) => { if (box.clientWidth > 0) this.#plots[i]!.setSize({ width: box.clientWidth, height: this.#plots[i]!.height }); });
     this.#bands.width = Math.round(width * devicePixelRatio);
-    this.#bands.height = Math.round((2 * BAND + MARK + 4) * devicePixelRatio);
+    const { tools } = this.player, marks = (tools.length + 1) * (BAND + 2); // below a band of states for each tool and one of profiles
+    this.#bands.height = Math.round((marks + MARK) * devicePixelRatio);
     this.#bands.style.width = `${width}px`;
     const { motion, begin, duration } = this.player, c = this.#bands.getContext('2d')!, scale = this.#bands.width / (ends - begins);
     const band = (entries: { t_s: number }[], colors: string[], top: number): void => entries.forEach(({ t_s }, i) => {
@@ -275,24 +288,29 @@ export class Track {
       c.fillStyle = resolved(colors[i]!);
       c.fillRect((from - begins) * scale, top * devicePixelRatio, Math.max(1, (to - from) * scale), BAND * devicePixelRatio);
     });
-    const states = (motion.events ?? []).filter(({ kind }) => kind === 'state'), settings = motion.settings ?? [];
-    band(states, states.map(({ what }) => `var(--state-${what})`), 0);
+    tools.forEach((tool, i) => {
+      const states = (tool.motion.events ?? []).filter(({ kind }) => kind === 'state');
+      band(states, states.map(({ what }) => `var(--state-${what})`), i * (BAND + 2));
+    });
+    const settings = motion.settings ?? [];
     for (const { t_s, kind } of motion.events ?? []) {
       if (!(kind in MARKS)) continue;
       c.fillStyle = resolved(MARKS[kind]!);
-      c.fillRect((t_s - begin - begins) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
+      c.fillRect((t_s - begin - begins) * scale - devicePixelRatio, marks * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
     }
     for (const { t_s, kind } of this.other?.motion.events ?? []) {
       if (kind !== 'spill') continue;
       c.fillStyle = resolved('var(--past)'); // the colour of its curves
-      c.fillRect((t_s - this.other!.begin - this.late - begins) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
+      c.fillRect((t_s - this.other!.begin - this.late - begins) * scale - devicePixelRatio, marks * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
     }
-    band(settings, settings.map(({ profile }) => { const known = this.profiles.find(({ name }) => name === profile); return known ? colorOf(known) : 'var(--profile-other-1)'; }), BAND + 2);
+    band(settings, settings.map(({ profile }) => { const known = this.profiles.find(({ name }) => name === profile); return known ? colorOf(known) : 'var(--profile-other-1)'; }), tools.length * (BAND + 2));
   }
 
   /** Values of the curves at the time that is shown. */
   values(): string {
-    const { felt, off } = this.player;
-    return [felt !== null && `lateral ${sloshText(felt)} m/s²`, off !== null && `tracking error ${offText(off)} mm`].filter(Boolean).join(', ');
+    return this.player.tools.map(({ felt, off, motion: { tool } }) => {
+      const words = [felt !== null && `lateral ${sloshText(felt)} m/s²`, off !== null && `tracking error ${offText(off)} mm`].filter(Boolean).join(', ');
+      return words && tool !== undefined ? `${tool}: ${words}` : words;
+    }).filter(Boolean).join(', ');
   }
 }

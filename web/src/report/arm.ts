@@ -1,4 +1,5 @@
 import { onResize } from '../element';
+import { chainOf } from '../descriptions';
 import { resolved } from '../profiles';
 import type { Robot, Vec3 } from '../protocol';
 import { indexAt, type Player } from '../replay/player';
@@ -15,13 +16,12 @@ function turn([x, y, z]: Vec3, angle: number): Matrix {
 const shift = ([x, y, z]: Vec3, by: number): Matrix => [[1, 0, 0, x * by], [0, 1, 0, y * by], [0, 0, 1, z * by], [0, 0, 0, 1]];
 const place = (pose: Matrix): Vec3 => [pose[0]![3]!, pose[1]![3]!, pose[2]![3]!];
 
-/** Positions of the joints and of the first tool, base frame, m, and the tool's pose. */
-export function chain(robot: Pick<Robot, 'mount' | 'joints' | 'tools'>, q: ArrayLike<number>): { points: Vec3[]; pose: Matrix } {
-  const tool = robot.tools[0]!, way: number[] = [];
-  for (let link = tool.link; link > 0; link = robot.joints[link - 1]!.parent ?? link - 1) way.unshift(link - 1);
+/** Positions of the joints on the way to a tool and of the tool, base frame, m, and the tool's pose. */
+export function chain(robot: Pick<Robot, 'mount' | 'joints' | 'tools'>, q: ArrayLike<number>, index = 0): { points: Vec3[]; pose: Matrix } {
+  const tool = robot.tools[index]!;
   let pose = IDENTITY; // the first joint's origin includes the mount
   const points = [place(robot.mount ?? IDENTITY)];
-  for (const k of way) {
+  for (const k of chainOf(robot, index)) {
     const { origin, axis, type } = robot.joints[k]!;
     pose = times(times(pose, origin), type === 'prismatic' ? shift(axis, q[k] ?? 0) : turn(axis, q[k] ?? 0));
     points.push(place(pose));
@@ -41,7 +41,8 @@ export class ArmFigure {
   readonly #canvas: HTMLCanvasElement;
   readonly #told: HTMLElement;
   readonly #times: readonly number[];
-  readonly #tools: readonly Vec3[];
+  /** The way of each tool. */
+  readonly #ways: readonly (readonly Vec3[])[];
   #azimuth = -0.7;
   #tilt = 0.35;
   #at = 0;
@@ -52,7 +53,7 @@ export class ArmFigure {
     this.#told = figure.querySelector('output')!;
     const { t_s, q } = player.motion, stride = Math.ceil(t_s.length / WAY), kept = t_s.flatMap((_, i) => (i % stride === 0 ? [i] : []));
     this.#times = kept.map((i) => t_s[i]! - player.begin);
-    this.#tools = kept.map((i) => chain(robot, q[i]!).points.at(-1)!);
+    this.#ways = robot.tools.map((_, tool) => kept.map((i) => chain(robot, q[i]!, tool).points.at(-1)!));
     this.#canvas.onpointermove = (event) => {
       if (!event.buttons) return;
       this.#azimuth += event.movementX * 0.01;
@@ -92,12 +93,14 @@ export class ArmFigure {
       line([[-GROUND, k / 4, 0], [GROUND, k / 4, 0]], 'grid', 1);
     }
     const now = indexAt(this.#times, this.#at) + 1;
-    line(this.#tools, 'muted', 1, 0.5);
-    line(this.#tools.slice(Math.max(0, now - LATELY), now), 'ink', 2, 0.8);
-    const { points, pose } = chain(this.robot, this.player.q(this.#at)), [x, y, z] = points.at(-1)!, [a, b, d] = [0, 1, 2].map((i) => pose[i]![2]! * TOOL) as [number, number, number];
-    line(points, 'muted', 9);
-    line(points, 'panel', 4);
-    line([[x - a, y - b, z - d], [x + a, y + b, z + d]], 'liquid', 8);
+    this.#ways.forEach((way, tool) => {
+      line(way, 'muted', 1, 0.5);
+      line(way.slice(Math.max(0, now - LATELY), now), tool === 0 ? 'ink' : 'tool-2', 2, 0.8);
+      const { points, pose } = chain(this.robot, this.player.q(this.#at), tool), [x, y, z] = points.at(-1)!, [a, b, d] = [0, 1, 2].map((i) => pose[i]![2]! * TOOL) as [number, number, number];
+      line(points, 'muted', 9);
+      line(points, 'panel', 4);
+      line([[x - a, y - b, z - d], [x + a, y + b, z + d]], 'liquid', 8);
+    });
     this.#told.textContent = timeText(this.#at);
   }
 }

@@ -5,8 +5,10 @@ export type ByAxis = Readonly<Record<'x' | 'y' | 'z' | 'roll' | 'pitch' | 'yaw',
 export type Values = (number | null)[];
 export type Times = number[];
 
+/** Curves of one tool. */
+export type ToolCurve = keyof ByAxis | 'lateral' | 'vertical' | 'position_error' | 'orientation_error';
 /** Curves of all plans of one profile, over their times. */
-export type PlanCurve = keyof ByAxis | 'lateral' | 'vertical' | 'position_error' | 'orientation_error' | 'solve_time' | 'iterations' | 'distance';
+export type PlanCurve = ToolCurve | 'solve_time' | 'iterations' | 'distance';
 
 /** Results of one profile. */
 export interface Result extends Readonly<Record<PlanCurve, Values>> {
@@ -18,6 +20,10 @@ export interface Result extends Readonly<Record<PlanCurve, Values>> {
   /** SI units, us; null: not known. */
   metrics: Readonly<Record<'spills' | 'spilled_share' | 'spills_per_minute' | 'lateral_mean' | 'lateral_max' | 'position_mean' | 'position_rms' | 'solve_mean', number | null>>;
   t: Times;
+  /** Behind the first tool, of which are the other members. */
+  other_tools?: readonly ({ name: string } & Pick<Result, 'metrics'> & Readonly<Record<ToolCurve, Values>>)[];
+  /** mm */
+  distance_between_arms?: Values;
   objects: readonly string[];
   object_distances: readonly Values[];
   /** s, of steps that failed. */
@@ -56,6 +62,8 @@ export interface Report {
   command: string;
   rate_hz: number;
   scales: string;
+  /** Names of the robot's tools, if it has several. */
+  tools?: readonly string[];
   steps_per_point: number;
   commands_per_point: number;
   figures: readonly FigureRow[];

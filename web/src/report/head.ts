@@ -39,7 +39,8 @@ export function toldSpills(spills: readonly StoryEvent[]): { first: StoryEvent[]
 export function verdictOf(spills: readonly StoryEvent[], zero: number): HTMLElement {
   if (spills.length === 0) return made('p', { className: 'verdict' }, 'Nothing spilled.');
   const { first, rest, words } = toldSpills(spills);
-  const line = ({ amount = 0, t_s, why }: StoryEvent): HTMLElement => made('li', {}, made('b', {}, `${percentText(amount)} %`), ' ', made('a', { href: `#t=${seenAt(t_s, zero).toFixed(2)}` }, `at ${timeText(t_s - zero)}`), `: ${why}`);
+  // Of two arms it says which: "left: spilled 100 % ...".
+  const line = ({ amount = 0, t_s, what, why }: StoryEvent): HTMLElement => made('li', {}, made('b', {}, `${/^.+: (?=spilled)/.exec(what)?.[0] ?? ''}${percentText(amount)} %`), ' ', made('a', { href: `#t=${seenAt(t_s, zero).toFixed(2)}` }, `at ${timeText(t_s - zero)}`), `: ${why}`);
   const more = rest.length > 0 ? [made('li', {}, made('details', {}, made('summary', {}, words), made('ul', {}, ...rest.map(line))))] : [];
   return made('div', { className: 'verdict spilled' }, made('p', {}, `Spilled ${spills.length === 1 ? 'once' : `${spills.length} times`}.`), made('ul', {}, ...first.map(line), ...more));
 }
@@ -70,18 +71,22 @@ export function spillsText(count: number, most: number): string {
 }
 
 export type Row = [what: string, value: string, unit: string, number?: number | null, first?: number | null];
-export function rowsOf(report: Pick<Report, 'profiles' | 'session'>, { metrics: m, led_s }: Result): Row[] {
-  const first = report.profiles[0]!.metrics, solve: Row = ['solve time, mean', (m.solve_mean ?? 0).toFixed(0), 'µs', m.solve_mean, first.solve_mean];
+export function rowsOf(report: Pick<Report, 'profiles' | 'session' | 'tools'>, { metrics, led_s, other_tools: others = [] }: Result): Row[] {
+  const first = report.profiles[0]!, solve: Row = ['solve time, mean', (metrics.solve_mean ?? 0).toFixed(0), 'µs', metrics.solve_mean, first.metrics.solve_mean];
+  const tools = [metrics, ...others.map((tool) => tool.metrics)].flatMap((of, t) => toolRows(report, of, t === 0 ? first.metrics : (first.other_tools?.[t - 1]?.metrics ?? of))
+    .map(([what, ...row]): Row => [others.length > 0 && report.tools ? `${report.tools[t]}: ${what}` : what, ...row]));
+  return report.session ? [['engaged', timeText(led_s), ''], ...tools, solve] : [...tools, solve];
+}
+
+function toolRows(report: Pick<Report, 'profiles' | 'session'>, m: Result['metrics'], first: Result['metrics']): Row[] {
   const slosh: Row = ['lateral specific force, mean', sloshText(m.lateral_mean), 'm/s²', m.lateral_mean, first.lateral_mean];
-  if (!report.session) return [slosh, ['tracking error, RMS', (1e3 * (m.position_rms ?? 0)).toFixed(1), 'mm', m.position_rms, first.position_rms], solve];
+  if (!report.session) return [slosh, ['tracking error, RMS', (1e3 * (m.position_rms ?? 0)).toFixed(1), 'mm', m.position_rms, first.position_rms]];
   const known = (of: (each: Result['metrics']) => boolean): boolean => report.profiles.some(({ metrics }) => of(metrics));
   return [ // same words and figures as on the operator's page
-    ['engaged', timeText(led_s), ''],
     ...(known(({ spills }) => spills !== null) ? [['spilled', spillsText(m.spills ?? 0, m.spilled_share ?? 0), ''] as Row] : []),
     ...(known(({ spills }) => (spills ?? 0) > 0) ? [['spills per minute engaged', sloshText(m.spills_per_minute), '', m.spills_per_minute, first.spills_per_minute] as Row] : []),
     ...(hasGlass(report) ? [slosh, ['lateral specific force, peak', sloshText(m.lateral_max), 'm/s²', m.lateral_max, first.lateral_max] as Row] : []),
     ['tracking error, mean', meanOffText(1e3 * (m.position_mean ?? NaN)), 'mm', m.position_mean, first.position_mean],
-    solve,
   ];
 }
 

@@ -2,10 +2,11 @@ import { made } from '../element';
 import uPlot from 'uplot';
 import { colorOf, resolved } from '../profiles';
 import { atLeast, type Charts, columns, format, including, lineMark, logRange, overlay, type Curve, type Series } from './charts';
-import type { ByAxis, PlanCurve, Report, Result } from './data';
+import type { ByAxis, PlanCurve, Report, Result, ToolCurve } from './data';
 
 /** Dashes of the second and further results of one profile (with another scale, for example), which have its colour. */
 const DASHES: (number[] | undefined)[] = [undefined, [7, 3], [2, 3], [9, 3, 2, 3]];
+const DOTTED = [1, 3];
 const LIMIT = 'var(--limit)', MUTED = 'var(--muted)', CONTACT = lineMark(0, 'contact', LIMIT);
 
 export const profileColor = ({ profiles }: Report, i: number): string => colorOf({ name: profiles[i]!.name, index: i, label: '', weights: [] });
@@ -47,13 +48,17 @@ function withoutSpikes(values: ArrayLike<number | null | undefined>, max: number
 /** All plots of the plans; those of a session's measurements are elsewhere. */
 export function showPlots(report: Report, charts: Charts): void {
   const { profiles, targets, session } = report, period = 1e3 / report.rate_hz;
-  /** One line per profile, after the lines of `before`. */
-  const perProfile = (name: PlanCurve, options: Partial<Parameters<Charts['add']>[0]>, before: readonly (Curve & { label: string })[] = []): void => charts.add({
+  /** The same curve of the other tools, dotted. */
+  const ofOthers = (name: PlanCurve): { curve: Curve; series: Series }[] => profiles.flatMap(({ t, label, other_tools: tools = [] }, i) => tools.flatMap((tool) => (
+    name in tool ? [{ curve: { t, values: tool[name as ToolCurve] }, series: { label: `${label}, ${tool.name}`, color: profileColor(report, i), dash: DOTTED, profile: i } }] : [])));
+  /** One line per profile, after the lines of `before`; of a robot with several tools one for each. */
+  const perProfile = (name: PlanCurve, options: Partial<Parameters<Charts['add']>[0]>, before: readonly (Curve & { label: string })[] = [], more: { curve: Curve; series: Series }[] = []): void => charts.add({
     figure: chartFigure(name),
-    columns: () => columns([...before, ...profiles.map((profile) => ({ t: profile.t, values: profile[name] }))]),
+    columns: () => columns([...before, ...profiles.map((profile) => ({ t: profile.t, values: profile[name] })), ...ofOthers(name).map(({ curve }) => curve), ...more.map(({ curve }) => curve)]),
     series: [
       ...before.map(({ label }): Series => ({ label, color: MUTED, dash: [6, 4], width: 1.4 })),
-      ...profiles.map(({ label }, i): Series => ({ label, color: profileColor(report, i), dash: profileDash(report, i), profile: i })),
+      ...profiles.map(({ label, other_tools: tools = [] }, i): Series => ({ label: report.tools && tools.length > 0 && name in tools[0]! ? `${label}, ${report.tools[0]}` : label, color: profileColor(report, i), dash: profileDash(report, i), profile: i })),
+      ...[...ofOthers(name), ...more].map(({ series }) => series),
     ],
     ...options,
   });
@@ -66,7 +71,8 @@ export function showPlots(report: Report, charts: Charts): void {
   perProfile('orientation_error', { unit: '°', range: including(0) });
   perProfile('solve_time', { unit: 'ms', log: true, plugins: [lineMark(period, 'next plan is due', LIMIT), failureMarks(report, charts)], range: logRange(period) });
   perProfile('iterations', { range: including(0) });
-  perProfile('distance', { unit: 'mm', plugins: [CONTACT], range: including(0) });
+  perProfile('distance', { unit: 'mm', plugins: [CONTACT], range: including(0) }, [], profiles.flatMap(({ t, label, distance_between_arms: values }, i) => (
+    values ? [{ curve: { t, values }, series: { label: `${label}, between the arms`, color: profileColor(report, i), dash: DOTTED, profile: i } }] : [])));
   charts.add({
     figure: chartFigure('tail'),
     columns: () => uPlot.join(profiles.map(({ tail }) => [tail.ms, tail.percent] as uPlot.AlignedData)),

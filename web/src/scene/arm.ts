@@ -41,6 +41,16 @@ void main() {
   }
 }
 
+/** Name of a body that no mesh shows: arms on one base are on it (robots/two_ur5e.yaml). */
+const TABLE = 'table';
+function tableOf(body: THREE.Mesh): THREE.Mesh {
+  const table = new THREE.Mesh(body.geometry, new THREE.MeshStandardMaterial({ color: 0xc3cad2, roughness: 0.7 }));
+  table.position.copy(body.position);
+  table.quaternion.copy(body.quaternion);
+  table.castShadow = table.receiveShadow = true;
+  return table;
+}
+
 /** A plain gripper from the flange to the glass, so that the glass does not float. */
 function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
   const group = new THREE.Group();
@@ -65,13 +75,14 @@ function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
 
 /** The arm from `describe`: a frame for each link, with meshes and collision bodies attached. */
 export class Arm extends THREE.Group {
-  /** The controlled frame; the glass is attached here. */
-  readonly tool = new THREE.Group();
-  /** null: the tool holds a glass. */
-  readonly gripper: Gripper | null;
+  /** The controlled frames; the glasses are attached here. */
+  readonly tools: THREE.Group[] = [];
+  /** Of each tool; null: it holds a glass. */
+  readonly grippers: (Gripper | null)[] = [];
   readonly meshes: THREE.Object3D[] = [];
   readonly #links: THREE.Group[] = [];
   readonly #axes: THREE.Vector3[] = [];
+  readonly #slides: boolean[] = [];
   readonly #bodies: THREE.Mesh<THREE.BufferGeometry, Bubble>[] = [];
   readonly #materials = new Set<THREE.Material>();
   #bodiesShown = false;
@@ -90,18 +101,22 @@ export class Arm extends THREE.Group {
       this.#links[joint.parent ?? k]!.add(origin);
       this.#links.push(this.#frame(origin));
       this.#axes.push(new THREE.Vector3(...joint.axis).normalize());
+      this.#slides.push(joint.type === 'prismatic');
     }
-    const tool = robot.tools[0]!, parent = this.#links[tool.link]!;
-    toMatrix(tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
-    this.gripper = tool.gripper ? new Gripper() : null;
-    parent.add(this.tool);
-    if (this.gripper) this.tool.add(this.gripper); else parent.add(holder(this.tool, glass));
+    for (const { link, origin, gripper: closes } of robot.tools) {
+      const parent = this.#links[link]!, tool = this.#frame(parent), gripper = closes ? new Gripper() : null;
+      toMatrix(origin).decompose(tool.position, tool.quaternion, tool.scale);
+      this.tools.push(tool);
+      this.grippers.push(gripper);
+      if (gripper) tool.add(gripper); else parent.add(holder(tool, glass));
+    }
     for (const body of robot.bodies) {
       const mesh = new THREE.Mesh(geometryOf(body), new Bubble());
       toMatrix(body.origin).decompose(mesh.position, mesh.quaternion, mesh.scale);
       mesh.visible = false;
       this.#links[body.link]?.add(mesh);
       this.#bodies.push(mesh);
+      if (body.link === 0 && body.name === TABLE) this.#links[0]!.add(tableOf(mesh));
     }
   }
 
@@ -151,7 +166,7 @@ export class Arm extends THREE.Group {
   lookThrough(color: number): void {
     const material = new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.3, roughness: 0.6, depthWrite: false });
     this.traverse((part) => {
-      if (!(part instanceof THREE.Mesh) || part.material instanceof Bubble || (!this.gripper && this.tool.getObjectById(part.id))) return;
+      if (!(part instanceof THREE.Mesh) || part.material instanceof Bubble || this.tools.some((tool, i) => !this.grippers[i] && tool.getObjectById(part.id))) return;
       part.material = material;
       part.castShadow = part.receiveShadow = false;
     });
@@ -172,7 +187,9 @@ export class Arm extends THREE.Group {
 
   pose(q: ArrayLike<number>): void {
     for (let k = 0; k < this.#axes.length; ++k) {
-      this.#links[k + 1]?.quaternion.setFromAxisAngle(this.#axes[k] as THREE.Vector3, q[k] ?? 0);
+      const link = this.#links[k + 1]!, axis = this.#axes[k]!;
+      if (this.#slides[k]) link.position.copy(axis).multiplyScalar(q[k] ?? 0);
+      else link.quaternion.setFromAxisAngle(axis, q[k] ?? 0);
     }
   }
 

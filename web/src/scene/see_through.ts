@@ -19,11 +19,11 @@ export class SeeThrough {
   faint = 0.3;
 
   /** @param dt s, since the last frame */
-  update(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D, dt: number): void {
+  update(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D, isGripper: boolean, dt: number): void {
     this.#due -= dt;
     if (this.#due <= 0) {
       this.#due = LOOK;
-      this.#look(arm, camera, glass);
+      this.#look(arm, camera, glass, isGripper ? NEAR_GRIPPER : NEAR);
     }
     this.#hidden = this.#hides ? this.#hidden + dt : 0;
     const wanted = this.#hidden > PATIENCE ? this.faint : 1, step = RATE * Math.min(dt, 0.2);
@@ -32,11 +32,11 @@ export class SeeThrough {
     arm.setOpacity(this.#opacity);
   }
 
-  #look(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D): void {
+  #look(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D, near: number): void {
     const { ray } = this.#ray;
     ray.origin.setFromMatrixPosition(camera.matrixWorld);
     ray.direction.copy(glass.getWorldPosition(this.#glass)).sub(ray.origin);
-    this.#ray.far = Math.max(0, ray.direction.length() - (arm.gripper ? NEAR_GRIPPER : NEAR));
+    this.#ray.far = Math.max(0, ray.direction.length() - near);
     ray.direction.normalize();
     this.#hits.length = 0;
     for (const body of arm.bodies) if (this.#hits.length === 0) this.#ray.intersectObject(body, false, this.#hits);

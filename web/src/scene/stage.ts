@@ -1,34 +1,31 @@
 import * as THREE from 'three';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { SCENE_FROM_ROBOT } from '../frames';
+import { chainOf } from '../descriptions';
 import type { Cell, GlassSize, Pose, Robot, SessionState, StateMessage } from '../protocol';
 import { Arm } from './arm';
 import { Aside } from './aside';
 import { toMatrix } from './body';
 import { blindRenderer } from './blind';
-import { Ghost, Glass } from './glass';
+import { Ghost, type Glass } from './glass';
 import { COARSEST, Pace } from './pace';
-import { Ribbon } from './ribbon';
 import { Room, TABLE } from './room';
-import { Spill } from './spill';
 import { Surroundings } from './surroundings';
 import { Thrift } from './thrift';
-import { Tube } from './tube';
 import { SeeThrough } from './see_through';
+import { STATE_COLORS, toolColor } from './tool_colors';
+import { ToolView } from './tool_view';
 import { View } from './view';
 
-export const STATE_COLORS: Record<SessionState, number> = {
-  idle: 0x8a94a0, ready: 0x2f7fd0, engaged: 0x16a085, holding: 0xe0a100, stopping: 0xd1561c, fault: 0xc62828,
-};
-
-/** Values of a recording at the time that is shown. */
-export interface Past { q(): ArrayLike<number>; readonly gripper: number | null; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly spilledShare: number; readonly state: string; readonly fill: number }
+/** Values of a recording at the time that is shown, and those of each of its tools. */
+export interface Past { q(): ArrayLike<number>; readonly tools: readonly Past[]; readonly gripper: number | null; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly spilledShare: number; readonly state: string; readonly fill: number }
 
 /** Colour of another recording next to the one that is shown. */
 const OTHER = 0x8a4fbf;
 const meshesOf = (robot: Robot): string => `./arms/${robot.meshes ?? robot.name}.glb`;
 
 const NO_PAIR: [number, number] = [-1, -1];
+const UPRIGHT = [0, 0] as const;
 /**
  * Level of `Pace` from which on there are no shadows; software rendering starts here, because triangles cost it more
  * than pixels.
@@ -44,14 +41,6 @@ const SOFTWARE_VR = 0.75;
  * The visible change of a wave (a pixel or two), as a multiple of that of a position: the liquid needs long to settle.
  */
 const WAVE_SEEN = 10;
-
-/** Number of states in the glass's trail, about two seconds. */
-const TRAIL = 120;
-
-const place = (object: THREE.Object3D, pose: Pose): void => {
-  object.position.set(pose.p[0], pose.p[1], pose.p[2]);
-  object.quaternion.set(pose.q[0], pose.q[1], pose.q[2], pose.q[3]);
-};
 
 /** What renders: in virtual machines, remote desktops and browsers without a driver it is the processor. */
 function drawing(): 'hardware' | 'software' | 'nothing' {
@@ -71,23 +60,20 @@ export class Stage {
   readonly scene = new THREE.Scene();
   readonly view: View;
   readonly base = new THREE.Group();
-  readonly ghost = new Ghost();
-  readonly glass = new Glass();
+  /** One for each tool of the robot. */
+  readonly tools: ToolView[] = [];
+  /** Index of the tool that mouse and keys move: the view keeps it in sight. */
+  active = 0;
   arm: Arm | null = null;
   #robot: { robot: Robot; glass: GlassSize } | null = null;
   #double: Arm | null = null;
   readonly #room: Room;
-  readonly #path = new Ribbon(132, 0.0055, 0.95);
-  readonly #tube = new Tube(128);
   readonly #seeThrough = new SeeThrough();
-  readonly #trail = new Ribbon(TRAIL, 0.0025, 0.4);
-  readonly #reach: THREE.Mesh;
-  readonly #spill: Spill;
+  readonly #reach = new THREE.Group();
   readonly surroundings = new Surroundings();
   readonly #backdrop = new THREE.Color();
   readonly #target = new THREE.Vector3(); // world frame
   #shownAt = 0;
-  #color = 0;
   #sun: THREE.DirectionalLight;
   readonly #sky = new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 1.5);
   #dark = false;
@@ -104,11 +90,11 @@ export class Stage {
   #fence: WebGLSync | null = null;
   /** s, since the last drawn frame. */
   #undrawn = 0;
-  /** Colour of the state, and whether a spill is drawn. */
-  readonly #looks = new Float64Array(2);
+  /** Colours of the tools, and whether a spill is drawn and which tool is active. */
+  readonly #looks = new Float64Array(3);
   readonly #wave = new Float64Array(3);
 
-  constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
+  constructor(canvas: HTMLCanvasElement, private readonly reducedMotion: boolean) {
     // The page's background shines through; in augmented reality the room does.
     const drawnBy = drawing(), software = drawnBy !== 'hardware';
     this.blind = drawnBy === 'nothing';
@@ -125,9 +111,8 @@ export class Stage {
     this.renderer.xr.setReferenceSpaceType('local-floor');
     this.base.quaternion.set(...(SCENE_FROM_ROBOT as [number, number, number, number]));
     this.base.position.set(0, TABLE, -0.75);
-    this.#spill = new Spill(reducedMotion);
     this.#room = new Room(software);
-    this.scene.add(this.base, this.#room, this.#spill);
+    this.scene.add(this.base, this.#room);
     this.view = new View(canvas, reducedMotion);
 
     const sun = new THREE.DirectionalLight(0xfff6ea, 2.4);
@@ -144,13 +129,9 @@ export class Stage {
     rim.position.set(2.2, 2.0, -2.6);
     this.scene.add(sun, sun.target, rim, this.#sky);
 
-    this.#reach = new THREE.Mesh(new THREE.SphereGeometry(1, 48, 24),
-      new THREE.MeshBasicMaterial({ color: 0x7b8794, wireframe: true, transparent: true, opacity: 0.08 }));
     this.#reach.visible = false;
-    this.#trail.paint(0x8a94a0);
-    this.#tube.paint(0x2f7fd0);
-    this.base.add(this.surroundings, this.ghost, this.#trail, this.#path, this.#tube, this.#reach);
-    this.#now(false);
+    this.base.add(this.surroundings, this.#reach);
+    this.tools.push(new ToolView(this.base, this.scene, 0, reducedMotion));
     this.#pace = new Pace(software ? SHADOWLESS : 0);
     this.#thrift = new Thrift(drawnBy === 'software');
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
@@ -160,26 +141,42 @@ export class Stage {
 
   async setRobot(robot: Robot, glass: GlassSize): Promise<void> {
     if (this.arm) this.base.remove(this.arm);
-    this.glass.fit(glass);
-    this.ghost.fit(glass);
     const arm = new Arm(robot, glass);
     this.arm = arm;
-    arm.tool.add(this.glass);
-    this.glass.visible = arm.gripper === null;
-    this.ghost.showGripper(arm.gripper !== null);
+    while (this.tools.length > arm.tools.length) this.tools.pop()!.remove();
+    this.#reach.clear();
+    arm.tools.forEach((frame, i) => {
+      const tool = this.tools[i] ??= new ToolView(this.base, this.scene, i, this.reducedMotion);
+      tool.fit(glass, arm.grippers[i] !== null, arm.tools.length > 1 ? robot.tools[i]!.name : '');
+      tool.thicken(1 / SHARES[this.#pace.level]!);
+      frame.add(tool.glass);
+      this.#addReach(robot, i);
+    });
+    this.active = Math.min(this.active, arm.tools.length - 1);
+    this.view.forArms(arm.tools.length);
     this.base.add(arm);
     arm.pose(robot.home);
-    // Longest extent from the second joint on; the reference is clipped to it (predict).
-    let reach = 0;
-    for (const joint of robot.joints.slice(2)) reach += Math.hypot(joint.origin[0]![3]!, joint.origin[1]![3]!, joint.origin[2]![3]!);
-    this.#reach.scale.setScalar(reach);
-    if (robot.joints[0]) this.#reach.position.setFromMatrixPosition(toMatrix(robot.joints[0].origin));
     this.#robot = { robot, glass };
     if (this.#double) this.base.remove(this.#double);
     this.#double = null;
     await arm.loadMeshes(meshesOf(robot), this.#software);
     this.wake();
   }
+
+  /** Longest extent from an arm's second joint on; the reference is clipped to it (predict). */
+  #addReach(robot: Robot, tool: number): void {
+    const chain = chainOf(robot, tool).map((k) => robot.joints[k]!), sphere = new THREE.Mesh(new THREE.SphereGeometry(1, 48, 24),
+      new THREE.MeshBasicMaterial({ color: 0x7b8794, wireframe: true, transparent: true, opacity: 0.08 }));
+    sphere.scale.setScalar(chain.slice(2).reduce((sum, { origin }) => sum + Math.hypot(origin[0]![3]!, origin[1]![3]!, origin[2]![3]!), 0));
+    if (chain[0]) sphere.position.setFromMatrixPosition(toMatrix(chain[0].origin));
+    this.#reach.add(sphere);
+  }
+
+  get #tool(): ToolView { return this.tools[this.active] ?? this.tools[0]!; }
+  /** Target of the active tool. */
+  get ghost(): Ghost { return this.#tool.ghost; }
+  /** Of the active tool. */
+  get glass(): Glass { return this.#tool.glass; }
 
   setCell(cell: Cell | null): void {
     this.wake();
@@ -235,12 +232,12 @@ export class Stage {
   /** Moves the camera until the whole arm and the target are visible. */
   frameAll(): void {
     const box = new THREE.Box3();
-    for (const part of [this.arm, this.ghost]) if (part?.visible) box.expandByObject(part);
+    for (const part of [this.arm, ...this.tools.map(({ ghost }) => ghost)]) if (part?.visible) box.expandByObject(part);
     this.surroundings.bound(box);
     this.view.frame(box);
   }
 
-  get spilled(): boolean { return this.#spill.visible; }
+  get spilled(): boolean { return this.tools.some(({ spilled }) => spilled); }
   showReach(shown: boolean): void { this.#reach.visible = shown; }
 
   /**
@@ -250,29 +247,23 @@ export class Stage {
    */
   showPast(q: ArrayLike<number>, past: Past | null = null, other: Past | null = null, t = 0): void {
     this.arm?.pose(q);
-    if (past) this.#open(past.gripper, past.state === 'engaged');
     this.arm?.nearestPair(NO_PAIR, Infinity, false);
     this.#now(false);
-    const target = past?.target() ?? null, tilt = past?.tilt();
-    if (past && past.fill > 0) this.glass.fill(past.fill * (1 - past.spilledShare));
-    this.glass.liquid.tilt(tilt?.[0] ?? 0, tilt?.[1] ?? 0);
-    this.ghost.visible = target !== null;
-    if (target) place(this.ghost, target);
-    this.ghost.paint(STATE_COLORS[past?.state as SessionState] ?? STATE_COLORS.idle, 0.35);
-    this.#spill.update(this.glass.visible && (past?.spilled ?? false), this.glass, t);
+    for (let i = 0; i < this.tools.length; ++i) {
+      const of = past?.tools[i] ?? null, state = of && of.state in STATE_COLORS ? of.state as SessionState : 'idle';
+      if (of) this.#open(i, of.gripper, of.state === 'engaged');
+      this.tools[i]!.showPast(of?.target() ?? null, toolColor(i, state), of && of.fill > 0 ? of.fill * (1 - of.spilledShare) : null, of?.tilt() ?? UPRIGHT, of?.spilled ?? false, t);
+    }
     if (other && !this.#double) void this.#makeDouble();
     if (this.#double) this.#double.visible = other !== null;
     if (other) this.#double?.pose(other.q());
-    if (other) this.#double?.gripper?.open(other.gripper ?? 0);
+    other?.tools.forEach(({ gripper }, i) => this.#double?.grippers[i]?.open(gripper ?? 0));
   }
 
-  /**
-   * @param closed 0 open to 1 closed; null: not known, or no gripper
-   * @param led engaged: the target may be elsewhere
-   */
-  #open(closed: number | null, led: boolean): void {
-    this.arm?.gripper?.open(closed ?? 0);
-    this.ghost.open(closed ?? 0, led);
+  /** See ToolView::open. */
+  #open(tool: number, closed: number | null, engaged: boolean): void {
+    this.arm?.grippers[tool]?.open(closed ?? 0);
+    this.tools[tool]!.open(closed, engaged);
   }
 
   /** Creates a second arm that shows another recording. */
@@ -281,46 +272,39 @@ export class Stage {
     const { robot, glass } = this.#robot, double = new Arm(robot, glass);
     this.#double = double;
     this.base.add(double);
-    const ghost = new Ghost();
-    ghost.fit(glass);
-    ghost.paint(OTHER, 0.6);
-    if (!double.gripper) double.tool.add(ghost);
+    double.tools.forEach((frame, i) => {
+      if (double.grippers[i]) return;
+      const ghost = new Ghost();
+      ghost.fit(glass);
+      ghost.paint(OTHER, 0.6);
+      frame.add(ghost);
+    });
     await double.loadMeshes(meshesOf(robot), this.#software);
     double.lookThrough(OTHER);
     this.wake();
   }
 
   #now(shown: boolean): void {
-    this.ghost.visible = this.#path.visible = this.#tube.visible = this.#trail.visible = shown;
+    for (let i = 0; i < this.tools.length; ++i) this.tools[i]!.showNow(shown);
     if (shown && this.#double) this.#double.visible = false;
   }
 
   /** @param t s, of the page's clock */
   show(state: StateMessage, stale: boolean, t: number): void {
-    const color = stale ? STATE_COLORS.idle : STATE_COLORS[state.state];
+    const restarted = state.now_s < this.#shownAt || state.now_s > this.#shownAt + 1, isNew = state.now_s !== this.#shownAt;
+    this.#shownAt = state.now_s;
     this.#now(true);
     this.arm?.pose(state.q);
-    this.#open(state.gripper, state.engaged);
     this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity, state.constraint.kind === 'self_collision');
-    this.surroundings.goOn(state.now_s, state.tool);
+    this.surroundings.goOn(state.now_s, state.tools);
     this.surroundings.touch(state.constraint.kind === 'obstacle' ? state.constraint.second : -1);
-    this.#color = color;
-    place(this.ghost, state.target);
-    this.ghost.paint(color, state.engaged ? 0.5 : 0.28);
-    this.glass.fill(state.controls.fill * (1 - state.liquid.spilled_share));
-    this.glass.liquid.tilt(state.liquid.tilt[0] ?? 0, state.liquid.tilt[1] ?? 0);
-    this.#spill.update(this.glass.visible && state.liquid.spilled, this.glass, t);
-    this.#path.begin();
-    for (let k = 0; k < state.path.length; ++k) this.#path.append(state.path[k]!);
-    this.#path.end();
-    this.#path.paint(color);
-    this.#tube.show(state);
-    if (state.now_s === this.#shownAt) return;
-    // A session that has restarted has no past.
-    if (state.now_s < this.#shownAt || state.now_s > this.#shownAt + 1) this.#trail.begin();
-    this.#shownAt = state.now_s;
-    this.#trail.prepend(state.tool.p);
-    this.#trail.end();
+    for (let i = 0; i < this.tools.length; ++i) {
+      const tool = state.tools[i], drawn = this.tools[i]!;
+      if (!tool) continue;
+      this.arm?.grippers[i]?.open(tool.gripper ?? 0);
+      drawn.show(tool, i === this.active, stale, state.controls.fill, t);
+      if (isNew) drawn.trace(tool, restarted);
+    }
   }
 
   /**
@@ -348,7 +332,7 @@ export class Stage {
   #drawAt(quality: number): void {
     const share = SHARES[quality]!;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * share);
-    for (const part of [this.glass, this.ghost]) part.thicken(1 / share);
+    for (const tool of this.tools) tool.thicken(1 / share);
     this.#shade();
     if (quality < 1 && !this.scene.environment && !this.blind) this.#reflect();
   }
@@ -400,7 +384,7 @@ export class Stage {
       this.scene.updateMatrixWorld();
       return this.#aside.keepCanvas();
     }
-    if (this.arm) this.#seeThrough.update(this.arm, presents ? this.renderer.xr.getCamera() : this.view.camera, this.glass, this.#undrawn);
+    if (this.arm) this.#seeThrough.update(this.arm, presents ? this.renderer.xr.getCamera() : this.view.camera, this.glass, this.arm.grippers[this.active] !== null, this.#undrawn);
     this.#undrawn = 0;
     const { renderer, scene, view: { camera } } = this, ratio = Math.min(devicePixelRatio, 2) * (sharp ? 1 : SHARES[this.#pace.level]!);
     if (this.#emulates) {
@@ -436,15 +420,18 @@ export class Stage {
 
   #lookForMotion(now: number): void {
     const thrift = this.#thrift, { camera } = this.view;
-    this.#looks[0] = this.#color;
-    this.#looks[1] = this.#spill.visible ? 1 : 0;
+    this.#looks.fill(0);
+    for (let i = 0; i < this.tools.length; ++i) this.#looks[i] = this.tools[i]!.color;
+    this.#looks[2] = (this.spilled ? 1 : 0) + 2 * this.active;
     let count = thrift.look(this.#looks, now);
     count = thrift.look(camera.matrixWorld.elements, now, count);
     count = thrift.look(camera.projectionMatrix.elements, now, count);
-    count = thrift.look(this.ghost.matrix.elements, now, count);
-    count = thrift.look(this.glass.matrixWorld.elements, now, count);
-    const { surface } = this.glass.liquid;
-    for (let k = 0; k < 3; ++k) this.#wave[k] = surface[k]! / WAVE_SEEN;
-    thrift.look(this.#wave, now, count);
+    for (let i = 0; i < this.tools.length; ++i) {
+      const { ghost, glass } = this.tools[i]!;
+      count = thrift.look(ghost.matrix.elements, now, count);
+      count = thrift.look(glass.matrixWorld.elements, now, count);
+      for (let k = 0; k < 3; ++k) this.#wave[k] = glass.liquid.surface[k]! / WAVE_SEEN;
+      count = thrift.look(this.#wave, now, count);
+    }
   }
 }

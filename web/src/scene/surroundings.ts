@@ -82,9 +82,9 @@ class Solid extends THREE.Group {
     this.stand(object);
   }
 
-  /** Moves the carried object with the tool. @param tool pose in the base's frame */
-  ride(tool: THREE.Matrix4): void {
-    if (this.object.attached) toMatrix(this.object.origin).premultiply(tool).decompose(this.position, this.quaternion, this.scale);
+  /** Moves the carried object with its tool. @param tools poses in the base's frame */
+  ride(tools: readonly THREE.Matrix4[]): void {
+    if (this.object.attached) toMatrix(this.object.origin).premultiply(tools[this.object.tool ?? 0]!).decompose(this.position, this.quaternion, this.scale);
   }
 
   stand(object: CellObject): void {
@@ -120,7 +120,7 @@ export class Surroundings extends THREE.Group {
   #touched = -1;
   /** s, on the session's clock. */
   #at = 0;
-  readonly #tool = new THREE.Matrix4();
+  readonly #tools = [new THREE.Matrix4(), new THREE.Matrix4()];
   readonly #p = new THREE.Vector3();
   readonly #q = new THREE.Quaternion();
   readonly #hits: THREE.Intersection[] = [];
@@ -144,12 +144,15 @@ export class Surroundings extends THREE.Group {
     this.#at = cell?.at_s ?? 0;
   }
 
-  /** Moves objects that have a velocity or are carried. @param now s, on the session's clock @param tool in the base */
-  goOn(now: number, tool: Pose): void {
-    this.#tool.compose(this.#p.fromArray(tool.p), this.#q.fromArray(tool.q), ONE);
+  /** Moves objects that have a velocity or are carried. @param now s, on the session's clock @param tools poses in the base */
+  goOn(now: number, tools: readonly { pose: Pose }[]): void {
+    for (let i = 0; i < tools.length; ++i) {
+      const { p, q } = tools[i]!.pose;
+      this.#tools[i]!.compose(this.#p.fromArray(p), this.#q.fromArray(q), ONE);
+    }
     for (let i = 0; i < this.#solids.length; ++i) {
       this.#solids[i]!.goOn(now - this.#at);
-      this.#solids[i]!.ride(this.#tool);
+      this.#solids[i]!.ride(this.#tools);
     }
   }
 
@@ -161,12 +164,12 @@ export class Surroundings extends THREE.Group {
     this.#touched = index;
   }
 
-  /** The carried object, or else the one with this name, if it exists; empty: neither. Allocates nothing. */
-  carriedOr(name: string): string {
+  /** The object that a tool carries, or else the one with this name, if it exists; empty: neither. Allocates nothing. */
+  carriedOr(name: string, tool: number): string {
     let found = '';
     for (let i = 0; i < this.#solids.length; ++i) {
       const { object } = this.#solids[i]!;
-      if (object.attached) return object.name;
+      if (object.attached && (object.tool ?? 0) === tool) return object.name;
       if (object.name === name) found = name;
     }
     return found;

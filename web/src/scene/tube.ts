@@ -1,4 +1,4 @@
-import type { StateMessage } from '../protocol';
+import type { Tool } from '../protocol';
 import { Ribbon } from './ribbon';
 
 /** Standard deviations that the tube shows across the way of the hand: it contains the hand in seven of eight cases. */
@@ -22,7 +22,7 @@ export class Tube extends Ribbon {
   protected override strength(): number { return this.opacity; }
 
   /** From the target on; nothing if the spread is not known. */
-  show({ prediction, target }: StateMessage): void {
+  show({ prediction, target }: Pick<Tool, 'prediction' | 'target'>): void {
     this.begin();
     if (prediction.some((node) => node[4] > 0)) {
       this.append(target.p);

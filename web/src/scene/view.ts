@@ -19,6 +19,7 @@ export class View {
   readonly orbit: OrbitControls;
   /** The view moves with the target. */
   follows = false;
+  #arms = 1;
   readonly #seen = new THREE.Vector3();
   readonly #step = new THREE.Vector3();
   #turning = false;
@@ -54,8 +55,15 @@ export class View {
     this.orbit.addEventListener('end', () => { this.#turning = false; });
   }
 
+  /** Another robot: the first view depends on how many arms it has. */
+  forArms(count: number): void {
+    if (count === this.#arms) return;
+    this.#arms = count;
+    this.look('shoulder');
+  }
+
   look(preset: Preset): void {
-    const { from, at } = PRESETS[preset];
+    const { from, at } = PRESETS[preset === 'shoulder' && this.#arms > 1 ? 'shoulders' : preset];
     this.camera.position.set(...from);
     this.orbit.target.set(...at);
     this.#before = null;
