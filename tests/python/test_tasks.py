@@ -44,13 +44,13 @@ class Operator:
         """Until the tool stands there; m, base frame."""
         deadline = time.monotonic() + PATIENCE
         while True:
-            assert time.monotonic() < deadline, (self.client.state["state"], self.client.state["reason"], self.client.state["tool"], goal)
+            assert time.monotonic() < deadline, (self.client.state["state"], self.client.state["reason"], self.client.state["tools"][0]["pose"], goal)
             if self.client.state["state"] != "engaged":  # a busy machine may keep this client silent for too long
                 self.client.grip(take=False)
                 self.at = np.zeros(3)
-            way = np.array(goal) - np.array(self.client.state["target"]["p"])
+            way = np.array(goal) - np.array(self.client.state["tools"][0]["target"]["p"])
             step = min(0.1, 0.02 * speed / max(np.linalg.norm(way), 1e-9))
-            if np.linalg.norm(way) < 0.001 and np.linalg.norm(np.array(goal) - self.client.state["tool"]["p"]) < 0.005:
+            if np.linalg.norm(way) < 0.001 and np.linalg.norm(np.array(goal) - self.client.state["tools"][0]["pose"]["p"]) < 0.005:
                 return
             self.at = self.at + step * way
             self.client.sample(self.at, clutch=True)
@@ -178,12 +178,28 @@ def test_what_was_kept_becomes_a_data_set(session, tmp_path, capsys):
     assert episode["success"] and episode["notes"] == "gently"
 
 
-def test_a_scripted_operator_stacks_in_virtual_time():
-    done = subprocess.run([PROGRAM, "tasks", "stack", "--episodes", "1", "--profiles", "tracking", "--each"], capture_output=True, text=True, timeout=300)
+def check_scripted(task, profile, episodes):
+    """All episodes succeed within the limits."""
+    words = [PROGRAM, "tasks", task, "--episodes", str(episodes), "--profiles", profile, "--each"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60 + 240 * episodes)
     assert done.returncode == 0, done.stderr
     row = [each.strip() for each in done.stdout.strip().splitlines()[-1].split("|")]
-    assert row[1:3] == ["`stack`", "tracking"] and row[3].startswith("1 of 1"), done.stdout + done.stderr
-    assert row[7:9] == ["0", "0"]  # beyond limits, contacts with what must not be touched
+    assert row[1:3] == [f"`{task}`", profile] and row[3].startswith(f"{episodes} of {episodes},"), done.stdout + done.stderr
+    assert row[6:9] == ["0.0 %", "0", "0"]  # spilled, beyond limits, contacts with what must not be touched
+
+
+SCRIPTED = [("stack", "tracking"), ("handover", "tracking"), ("tray", "tray"), ("held_box", "tracking")]
+
+
+@pytest.mark.parametrize("task, profile", SCRIPTED)
+def test_a_scripted_operator_does_the_task(task, profile):
+    check_scripted(task, profile, 1)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("task, profile", SCRIPTED[1:])
+def test_two_hands_do_the_task_a_hundred_times(task, profile):
+    check_scripted(task, profile, 100)
 
 
 def test_bad_tasks_are_refused_before_anything_runs(tmp_path):
