@@ -1,8 +1,10 @@
 """The study kit: orders, files, tasks, the simulated operator, measures, statistics, what is kept; and what it says to bad input."""
 
 import csv
+import dataclasses
 import errno
 import itertools
+import json
 import math
 import os
 import random
@@ -17,6 +19,7 @@ import numpy as np
 import pytest
 import steadyhand
 import study_truth
+from mcap.reader import make_reader
 from scipy import stats
 from steadyhand.study import analysis, measures, one_instant_ik, operator, questionnaires, record, run, statistics, tasks, trial
 from steadyhand.study.__main__ import main
@@ -38,6 +41,14 @@ tasks:
   - {kind: carry, places: [[0, 0.1, 0]], holding: 0.2}
 repetitions: 1
 questionnaires: [nasa-tlx]
+"""
+TWO = """
+name: two
+robot: two_ur5e
+participants: 2
+conditions: [{name: now}, {name: ik, profile: one-instant-ik}]
+tasks: [{name: both, kind: targets, tools: [left, right], distance: 0.1, width: 0.05, count: 3}]
+repetitions: 1
 """
 
 
@@ -123,6 +134,14 @@ GATES = "tasks:\n  - {kind: gates, gates: [[0, 0, 0], [0, 5, 0]]}\n"
         (("participants: 2", "participants: 2\nrest: .inf"), ["rest is inf"]),
         (("participants: 2", "participants: 2\nrate: 1e9"), ["rate is"]),
         (("distance: 0.1", "distance: 1.6"), ["task 'targets'", "out of the arm's reach"]),
+        (("count: 3", "count: 3, tools: [left, right]"), ["tools is ['left', 'right']", "two hands", "two_ur5e", "ur5e has glass"]),
+        (("count: 3", "count: 3, tools: [left]"), ["tools[0] is 'left'", "ur5e has glass"]),
+        (("count: 3", "count: 3, tools: []"), ["tools is []", "ur5e has glass"]),
+        (("count: 3", "count: 3, tools: [glass, glass]"), ["each once"]),
+        (("holding: 0.2", "holding: 0.2, tools: [glass]"), ["tasks[1]", "'tools'"]),
+        ((SMALL, TWO.replace("right", "middle")), ["tools[1] is 'middle'", "two_ur5e has left, right"]),
+        ((SMALL, TWO.replace("[left, right]", "[left, right, left2]")), ["one or two", "two_ur5e has left, right"]),
+        ((SMALL, TWO.replace("0.1, w", "0.9, w")), ["task 'both'", "goal"]),
         ((SMALL, ""), ["must be a mapping"]),
         ((SMALL, "- a\n- b\n"), ["must be a mapping"]),
     ],
@@ -158,7 +177,7 @@ def test_files_that_are_none_are_refused(tmp_path, capsys):
 
 
 def test_the_examples_can_be_done(capsys):
-    for name in ("profiles", "latency"):
+    for name in ("profiles", "latency", "two_hands"):
         assert main([str(ROOT / f"examples/studies/{name}.yaml"), "--check"]) == 0
     assert "24 participants" in capsys.readouterr().out
 
@@ -198,6 +217,25 @@ def test_a_goal_is_reached_by_staying_and_a_gate_by_passing():
     assert gates.over and gates.reached[1].missed
 
 
+def test_new_targets_of_two_hands_come_once_both_are_reached():
+    task = tasks.Targets("t", 0.2, 0.02, count=3, dwell=0.3, timeout=2.0, tools=(0, 1))
+    starts = np.zeros(3), np.array([0.0, -1.0, 0.0])
+    courses = tasks.Courses(task, starts)
+    goals = [course.goal.p for course in courses.each]
+    assert np.allclose(goals[1] - goals[0], starts[1])
+    for k in range(400):
+        t = 0.01 * k
+        first, second = courses.each
+        if second.reached and second.goal:
+            courses.take(t, (first.goal.p, starts[1]))  # the second hand does nothing any more
+        else:
+            courses.take(t, (goals[0] if t >= 0.2 else starts[0], goals[1] if t >= 0.5 and not 0.6 < t < 0.65 else starts[1]))
+    (a, b), (late, missed) = ((one, other) for one, other in list(zip(*(course.reached for course in courses.each)))[:2])
+    assert (a.begin, a.done) == (b.begin, b.done) and a.done == pytest.approx(0.95, abs=0.011)
+    assert (a.end, b.end) == (pytest.approx(0.2), pytest.approx(0.65)) and not a.missed and not b.missed
+    assert not late.missed and missed.missed and late.done == missed.done == pytest.approx(a.done + 2.0, abs=0.021)
+
+
 def test_throughput_is_that_of_the_standard():
     rng = np.random.default_rng(1)
     way = np.array([0.2, 0.0, 0.0])
@@ -206,6 +244,8 @@ def test_throughput_is_that_of_the_standard():
     expected = math.log2((0.2 + ends.mean()) / (4.133 * ends.std(ddof=1)) + 1) / 0.8
     assert measures.throughput(reached) == pytest.approx(expected)
     assert math.isnan(measures.throughput(reached[:2]))
+    slower = [dataclasses.replace(each, end=1.6) for each in reached]
+    assert measures.throughput(reached, slower) == pytest.approx(2 * 0.8 * expected / 1.6), "the information of both, in the time of the slower"
 
 
 def test_smoothness_falls_with_each_submovement_and_does_not_depend_on_size_or_duration():
@@ -313,6 +353,51 @@ def test_who_rushes_spills_nothing_under_carry_and_much_under_tracking(robot):
             made = {p: trial.run_trial(robot, trial.Condition("c", p), task, person, np.random.default_rng([21, number, 1000])) for p in ("tracking", "carry")}
             assert made["carry"].spilled_share == 0.0 and not any(each.missed for each in made["carry"].reached), (number, task.name)
             assert made["tracking"].spilled_share > 0.5
+
+
+def test_two_hands_are_moved_at_once_and_corrected_one_after_the_other():
+    """Against hands whose corrections need no eyes."""
+    task, person = tasks.Targets("t", 0.2, 0.02, tools=(0, 1)), operator.Person()
+
+    def times(glance_free):
+        rng, starts = np.random.default_rng(4), [np.zeros(3), np.array([0.0, -1.0, 0.0])]
+        hands, courses, glasses, t = operator.Hands(person, 0.5, 0.0, rng, 2), tasks.Courses(task, starts), list(starts), 0.0
+        begun = []
+        while not courses.over:
+            courses.take(t, glasses)
+            views = [operator.View(glass, glass, course.goal) for glass, course in zip(glasses, courses.each)]
+            moved = [hand.step(view) for hand, view in zip(hands.each, views)] if glance_free else hands.step(views)
+            begun.append([bool(hand._moves) and hand._moves[-1].start == pytest.approx(t) and hand._aimed for hand in hands.each])
+            glasses = [start + 0.5 * p for start, p in zip(starts, moved)]
+            t += operator.STEP
+        assert not any(each.missed for course in courses.each for each in course.reached)
+        assert sum(a is not False and a == b for a, b in begun) >= 9, "both hands answer new goals at the same time"
+        return t
+
+    assert 1.05 * times(True) < times(False) < 1.6 * times(True)
+
+
+def test_a_study_of_two_hands_has_measures_and_recordings_of_each(tmp_path):
+    path = write(tmp_path, TWO)
+    assert main([str(path), "--simulated", "2", "--out", str(tmp_path / "out")]) == 0
+    for trial_file in sorted((tmp_path / "out").glob("participants/*/trials/*.csv")):
+        rows = {(row["goal"], row["measure"]): float(row["value"]) for row in csv.DictReader(trial_file.open())}
+        assert rows["-1", "missed"] == 0 and rows["-1", "throughput"] > max(rows["-1", "throughput_first"], rows["-1", "throughput_second"]) > 1.0
+        assert all(rows[str(k), "movement_time"] == max(rows[str(k), f"movement_time_{name}"] for name in ("first", "second")) for k in range(4))
+        samples = {topic: [json.loads(message.data) for _, channel, message in make_reader(trial_file.with_suffix(".mcap").open("rb")).iter_messages() if channel.topic == topic]
+                   for topic in ("/operator_sample", "/glass", "/joint_state")}  # fmt: skip
+        assert len(samples["/glass"]) == len(samples["/operator_sample"]) == 2 * len(samples["/joint_state"])
+        y = [[each["pose"]["position"]["y"] for each in samples["/glass"] if each.get("tool", 0) == tool] for tool in (0, 1)]
+        assert min(y[0]) > 0.3 and max(y[1]) < -0.3
+        assert np.ptp(y[0]) > 0.05 and np.ptp(y[1]) > 0.05
+
+
+def test_an_arm_without_a_hand_stays(tmp_path):
+    robot, task = steadyhand.Robot("two_ur5e"), tasks.Targets("t", 0.1, 0.05, count=3, tools=(1,))
+    made = trial.run_trial(robot, trial.Condition("c"), task, operator.Person(), np.random.default_rng(1))
+    q = np.array(made.track.q)
+    assert not made.others and not any(each.missed for each in made.reached)
+    assert np.abs(q[:, :6] - robot.home[:6]).max() < 1e-6 and np.ptp(q[:, 6:], axis=0).max() > 0.05
 
 
 def test_a_hand_has_the_strength_of_a_persons(robot):

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 import steadyhand
 from steadyhand._page_client import Lost, PageClient
 
@@ -27,9 +28,12 @@ training: 0
 questionnaires: [nasa-tlx]
 """
 
+TWO_HANDS = STUDY.replace("participants: 1", "participants: 1\nrobot: two_ur5e").replace(
+    "kind: carry, places: [[0, 0.06, 0]], radius: 0.03, holding: 0.2", "kind: targets, tools: [left, right], distance: 0.08, width: 0.06, count: 3")
+
 
 class Participant(threading.Thread):
-    """Agrees, answers 10 to everything, and leads the glass to where the page shows a goal."""
+    """Agrees, answers 10 to everything, and moves the glasses to where the page shows goals, with a hand for each."""
 
     def __init__(self, port):
         super().__init__(daemon=True)
@@ -42,7 +46,7 @@ class Participant(threading.Thread):
             pass  # the study is over
 
     def _take_part(self):
-        hand, content, state, sequence, last = np.zeros(3), None, None, 0, time.monotonic()
+        hands, content, state, sequence, last = np.zeros((2, 3)), None, None, 0, time.monotonic()
         self.client.send(type="take")
         while True:
             for message in self.client.messages(0.011):
@@ -60,13 +64,16 @@ class Participant(threading.Thread):
             if leads and state is not None:
                 self.tasks.append(content["of"])
                 self.latencies.add(state["controls"]["latency"])
-                # The operator's axes, turned by yaw, -90 degrees, are the base's.
-                away = np.array(content["goal"]["p"]) - state["target"]["p"]
-                hand = hand + np.array([-away[1], away[0], away[2]]) * min(1.0, dt / 0.25) * (np.linalg.norm(away) > 0.004)
-            # A grip that was not heard is tried again, as people do.
-            grips = leads and state is not None and (state["engaged"] or now % 1.5 > 0.4)
-            sequence += 1
-            self.client.send(type="sample", sequence=sequence, t_s=now, p=[*map(float, hand)], q=[0, 0, 0, 1], clutch=bool(grips), tracked=True, emulated=False)
+                for k, (tool, goal) in enumerate(zip(state["tools"], [content["goal"], *content["other_goals"]])):
+                    # The operator's axes, turned by yaw, -90 degrees, are the base's.
+                    away = np.array(goal["p"]) - tool["target"]["p"]
+                    hands[k] += np.array([-away[1], away[0], away[2]]) * min(1.0, dt / 0.5) * (np.linalg.norm(away) > 0.004)
+            for k in range(len(state["tools"]) if state is not None else 1):
+                # A grip that was not heard is tried again, as people do.
+                grips = leads and state is not None and (state["tools"][k]["engaged"] or now % 1.5 > 0.4)
+                sequence += 1
+                self.client.send(type="sample", sequence=sequence, t_s=now, p=[*map(float, hands[k])], q=[0, 0, 0, 1], clutch=bool(grips), tracked=True,
+                                 emulated=False, **({"tool": k} if k else {}))  # fmt: skip
 
 
 def begin(study, out):
@@ -121,9 +128,10 @@ def test_a_second_page_that_takes_the_arm_is_told(tmp_path):
     assert "another page (client" in heard and "close the page that is not the participant's" in heard, heard
 
 
-def test_a_participant_is_led_through_a_study(tmp_path):
+@pytest.mark.parametrize("text", [STUDY, TWO_HANDS], ids=["one hand", "two hands"])
+def test_a_participant_is_led_through_a_study(tmp_path, text):
     study = tmp_path / "live.yaml"
-    study.write_text(STUDY)
+    study.write_text(text)
     out = tmp_path / "out"
     leader, environment, said, port = begin(study, out)
     participant = Participant(port)
@@ -141,6 +149,7 @@ def test_a_participant_is_led_through_a_study(tmp_path):
     assert participant.latencies == {0.1}
     [trial] = out.glob("participants/P01/trials/*.csv")
     rows = {row["measure"]: float(row["value"]) for row in csv.DictReader(trial.open()) if row["goal"] == "-1"}
+    assert ("throughput_second" in rows) == ("tools" in study.read_text())
     assert rows["missed"] == 0 and 0.1 < rows["completion_time"] < 60 and 0.03 < rows["path_length"] < 1.0, (rows, text)
     answers = list(csv.DictReader((out / "participants/P01/answers.csv").open()))
     assert [row["value"] for row in answers] == ["10"] * 6

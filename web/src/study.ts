@@ -33,6 +33,7 @@ export class StudyPanel {
   readonly #panel = document.createElement('section');
   readonly #goals = new THREE.Group();
   readonly #ball = new THREE.Mesh(new THREE.SphereGeometry(1, 40, 20), new THREE.MeshBasicMaterial({ color: GOAL, transparent: true, opacity: 0.4, depthWrite: false }));
+  readonly #other = this.#ball.clone();
   readonly #ring = new THREE.Mesh(new THREE.TorusGeometry(1, 0.07, 12, 64), new THREE.MeshBasicMaterial({ color: GOAL }));
   readonly #next = new THREE.Mesh(new THREE.TorusGeometry(1, 0.05, 12, 64), new THREE.MeshBasicMaterial({ color: FOLLOWING, transparent: true, opacity: 0.5 }));
 
@@ -42,7 +43,7 @@ export class StudyPanel {
     this.#panel.hidden = true;
     this.#panel.setAttribute('aria-live', 'polite');
     document.body.append(this.#panel);
-    this.#goals.add(this.#ball, this.#ring, this.#next);
+    this.#goals.add(this.#ball, this.#other, this.#ring, this.#next);
     this.#goals.visible = false;
     base.add(this.#goals);
   }
@@ -54,7 +55,7 @@ export class StudyPanel {
     this.#panel.replaceChildren();
     if (content === null) return;
     this.#say('p', content.kind === 'task' ? `${content.text} (${Math.min(content.done + 1, content.of)} of ${content.of})` : content.text);
-    if (content.kind === 'task') this.#show(content.goal, content.following);
+    if (content.kind === 'task') this.#show(content.goal, content.other_goals?.[0] ?? null, content.following);
     if (content.kind === 'question') this.#ask(content);
   }
 
@@ -79,16 +80,17 @@ export class StudyPanel {
     this.#say('span', content.place, 'place');
   }
 
-  #show(goal: StudyGoal | null, following: StudyGoal | null): void {
+  #show(goal: StudyGoal | null, otherGoal: StudyGoal | null, following: StudyGoal | null): void {
     const place = (mesh: THREE.Mesh, at: StudyGoal | null, other: StudyGoal | null) => {
       mesh.visible = at !== null;
       if (!at) return;
       mesh.position.set(...(at.p as [number, number, number]));
       mesh.scale.setScalar(at.radius);
       // A ring faces the way to the one behind it.
-      if (other && mesh !== this.#ball) mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...(other.p as [number, number, number])).sub(mesh.position).normalize());
+      if (other) mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...(other.p as [number, number, number])).sub(mesh.position).normalize());
     };
     place(this.#ball, goal && !goal.gate ? goal : null, null);
+    place(this.#other, otherGoal, null);
     place(this.#ring, goal?.gate ? goal : null, following);
     place(this.#next, following, goal);
   }

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,8 @@ from .questionnaires import Item, items_of, pair_items
 from .record import Folder, Planned, to_mcap
 from .run import schedule_of
 from .study_file import Study, StudyError
-from .tasks import Course, Task
-from .trial import ONE_INSTANT_IK, Condition, Track, Trial, liquid_share
+from .tasks import Courses, Task
+from .trial import ONE_INSTANT_IK, Condition, Track, Trial
 
 START_RADIUS, START_HOLD = 0.03, 0.5  # m and s: where the glass must be before a trial starts
 MOST_LATENCY = 1.0  # s, that the program adds on the command path
@@ -92,8 +93,7 @@ class Leader:
         self.holder, self.heard = 0, time.monotonic()
         self.profiles: list[str] = []
         self._replies: list[dict[str, Any]] = []
-        home = study.robot.fk(study.robot.home)
-        self.start = home[:3, 3]
+        self.starts = [study.robot.fk(study.robot.home, tool)[:3, 3] for tool in range(study.robot.tool_count)]
 
     def show(self, **content: Any) -> None:
         """What pages show; docs/reference/protocol.md has its members."""
@@ -170,41 +170,46 @@ class Leader:
                         return
         raise StudyError(f"steadyhand does not take condition {condition.name!r}; is the arm still engaged?")
 
-    def _show_goals(self, course: Course, text: str, display_latency: float) -> None:
+    def _show_goals(self, courses: Courses, text: str, display_latency: float) -> None:
+        course, *others = courses.each
+
         def shown(goal: Goal | None) -> dict[str, Any] | None:
             return None if goal is None else {"p": [round(float(x), 4) for x in goal.p], "radius": goal.radius, "gate": goal.through}
 
-        self.show(kind="task", text=text, goal=shown(course.goal), following=shown(course.following if course.goal and course.goal.through else None),
+        self.show(kind="task", text=text, goal=shown(course.goal), other_goals=[shown(each.goal) for each in others if each.goal],
+                  following=shown(course.following if course.goal and course.goal.through else None),
                   done=len(course.reached), of=len(course.goals), display_latency=display_latency)  # fmt: skip
 
-    def _follow(self, course: Course, text: str, display_latency: float, track: Track | None = None) -> None:
-        """Until the course is over. Raises Again if the arm is stopped, or nothing is heard."""
+    def _follow(self, tools: Sequence[int], courses: Courses, text: str, display_latency: float, tracks: Sequence[Track] = ()) -> None:
+        """Until the courses of these tools are over. Raises Again if the arm is stopped, or nothing is heard."""
         shown, begin = -1, None
-        while not course.over:
-            if len(course.reached) != shown:
-                shown = len(course.reached)
-                self._show_goals(course, text, display_latency)
+        while not courses.over:
+            if len(courses.each[0].reached) != shown:
+                shown = len(courses.each[0].reached)
+                self._show_goals(courses, text, display_latency)
             for state in self.look(0.02):
                 t = state["now_s"]
                 begin = t if begin is None else begin
-                if state["state"] in ("stopping", "fault") and track is not None:
+                if state["state"] in ("stopping", "fault") and tracks:
                     raise Again(f"the arm stopped: {state['reason']}")
-                if track is not None:
-                    _append(track, t - begin, state, course)
-                course.take(t, np.array(state["tool"]["p"]))
-            if track is not None and time.monotonic() - self.heard > SILENT:
+                for track, tool, course in zip(tracks, tools, courses.each):
+                    _append(track, t - begin, state, tool, course.goal)
+                courses.take(t, [np.array(state["tools"][tool]["pose"]["p"]) for tool in tools])
+            if tracks and time.monotonic() - self.heard > SILENT:
                 raise Again("nothing was heard from the arm")
 
     def trial(self, planned: Planned, condition: Condition, task: Task) -> None:
         text = TEXTS[task.kind] + (" This is a training." if planned.repetition == 0 else "")
-        start = Course(_Start(self.start), self.start)
-        self._follow(start, "Move the glass to the start and hold it there.", condition.display_latency)
-        track, course = Track(), Course(task, self.start)
-        self._follow(course, text, condition.display_latency, track)
-        even = resampled(track)
-        trial = Trial(even, course.reached, liquid_share(even), 0)
-        rows = [row for row in measure(task, course.reached, trial, STEP) if row.measure != "submovements"]
-        self.folder.write_trial(planned, condition, rows, to_mcap(even, planned, condition, self.study))
+        starts = [self.starts[tool] for tool in task.tools]
+        start = "Move the glass to the start and hold it there."
+        if len(task.tools) > 1:
+            text, start = TWO_HANDS + text, "Move both glasses to their starts and hold them there."
+        self._follow(task.tools, Courses(_Start(), starts), start, condition.display_latency)
+        tracks, courses = [Track() for _ in task.tools], Courses(task, starts)
+        self._follow(task.tools, courses, text, condition.display_latency, tracks)
+        trial = Trial.of([resampled(track) for track in tracks], courses, [0] * len(tracks))
+        rows = [row for row in measure(task, trial.reached, trial, STEP) if row.measure != "submovements"]
+        self.folder.write_trial(planned, condition, rows, to_mcap(trial, planned, condition, self.study))
 
 
 class _Start:
@@ -212,11 +217,8 @@ class _Start:
 
     name, kind, timeout = "start", "start", float("inf")
 
-    def __init__(self, start: Any) -> None:
-        self._goal = Goal(0, np.array(start), START_RADIUS)
-
     def goals(self, start: Any) -> list[Goal]:
-        return [self._goal]
+        return [Goal(0, np.array(start), START_RADIUS)]
 
     def hold(self, index: int) -> float:
         return START_HOLD
@@ -229,20 +231,23 @@ TEXTS = {
 }
 
 
-def _append(track: Track, t: float, state: dict[str, Any], course: Course) -> None:
-    goal = course.goal
+TWO_HANDS = "With both hands at once: the next balls show once both glasses stayed in theirs. "
+
+
+def _append(track: Track, t: float, state: dict[str, Any], index: int, goal: Goal | None) -> None:
+    tool = state["tools"][index]
     track.t.append(t)
     track.hand.append(np.zeros(3))
-    track.target.append(np.array(state["target"]["p"]))
-    track.glass.append(np.array(state["tool"]["p"]))
+    track.target.append(np.array(tool["target"]["p"]))
+    track.glass.append(np.array(tool["pose"]["p"]))
     track.q.append(np.array(state["q"]))
     track.dq.append(np.array(state["dq"]))
     track.goal.append(-1 if goal is None else goal.index)
     track.held_back.append(state["constraint"]["kind"])
-    track.freeboard.append(float(state["liquid"]["freeboard"] or 0.0))
+    track.freeboard.append(float(tool["liquid"]["freeboard"] or 0.0))
     # A new engagement fills the glass, but the spill of the trial counts.
     before = track.spilled_share[-1] if track.spilled_share else 0.0
-    track.spilled_share.append(max(before, float(state["liquid"]["spilled_share"])))
+    track.spilled_share.append(max(before, float(tool["liquid"]["spilled_share"])))
 
 
 def resampled(track: Track) -> Track:

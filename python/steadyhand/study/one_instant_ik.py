@@ -20,43 +20,47 @@ SMOOTHING = 0.05  # s, time constant of the low-pass
 
 
 def solve(robot: Robot, T_base_tool: Array, q: Array, iterations: int = ITERATIONS, damping: float = DAMPING) -> Array:
-    """Joints (n,), rad (m), inside their limits and near q, whose tool is near T_base_tool (4, 4)."""
-    q = q.copy()
+    """Joints (n,), rad (m), inside their limits and near q, whose tools are near T_base_tool: (4, 4), or one for each, (tools, 4, 4)."""
+    q, wanted = q.copy(), T_base_tool.reshape(-1, 4, 4)
     for _ in range(iterations):
-        T = robot.fk(q)
-        R = T_base_tool[:3, :3] @ T[:3, :3].T
-        turn = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-        error = np.concatenate([T_base_tool[:3, 3] - T[:3, 3], turn])
+        error = np.concatenate([_twist(robot.fk(q, tool), T) for tool, T in enumerate(wanted)])
         if np.abs(error).max() < 1e-6:
             break
-        J = robot.jacobian(q)
-        q += J.T @ np.linalg.solve(J @ J.T + damping**2 * np.eye(6), error)
+        J = np.vstack([robot.jacobian(q, tool) for tool in range(len(wanted))])
+        q += J.T @ np.linalg.solve(J @ J.T + damping**2 * np.eye(len(error)), error)
         q = np.clip(q, robot.position_min, robot.position_max)
     return q
 
 
+def _twist(T: Array, wanted: Array) -> Array:
+    """(6,), m and rad, base axes: from pose T to the one that is wanted."""
+    R = wanted[:3, :3] @ T[:3, :3].T
+    turn = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    return np.concatenate([wanted[:3, 3] - T[:3, 3], turn])
+
+
 class OneInstantIk:
-    """In the place of a Pipeline: feed(), update(), target, reset(). update() is called with even steps of time."""
+    """In the place of a Pipeline: feed(), update(), targets, reset(). update() is called with even steps of time."""
 
     def __init__(self, robot: Robot, scale: float) -> None:
         self.robot, self._scale = robot, scale
         self.reset()
 
     def reset(self, q: ArrayLike | None = None, t: float = 0.0) -> None:
-        self._retargeter = Retargeter(self._scale, yaw=0.0)
+        self._retargeters = [Retargeter(self._scale, yaw=0.0) for _ in range(self.robot.tool_count)]
         self._q = self.robot.home.copy() if q is None else np.array(q, dtype=float)
         self._dq = np.zeros(self.robot.dof)
         self._wanted, self._t = self._q.copy(), t
-        self.target: Array = self.robot.fk(self._q)
-        """T_base_tool (4, 4), where the newest hand wants the tool."""
+        self.targets: Array = np.array([self.robot.fk(self._q, tool) for tool in range(self.robot.tool_count)])
+        """T_base_tool (tools, 4, 4), where the newest hands want the tools."""
         self.held_back = "none"
         """What cut the last command: "velocity", "acceleration", "position" or "none"."""
 
-    def feed(self, T_operator_hand: Array, t: float, clutch: bool = True) -> None:
+    def feed(self, T_operator_hand: Array, t: float, clutch: bool = True, tool: int = 0) -> None:
         """The hand at time t, as Pipeline.feed()."""
-        self.target, engaged = self._retargeter.update(T_operator_hand, t, self.robot.fk(self._q), clutch)
+        self.targets[tool], engaged = self._retargeters[tool].update(T_operator_hand, t, self.robot.fk(self._q, tool), clutch)
         if engaged:
-            self._wanted = solve(self.robot, self.target, self._wanted)
+            self._wanted = solve(self.robot, self.targets, self._wanted)
 
     def update(self, t: float) -> tuple[Array, Array, Array]:
         """q, dq, ddq at time t, as Pipeline.update()."""

@@ -11,11 +11,16 @@ training, to within an error of timing.
 The page draws the glass, and its target as a ghost. The operator aims with the ghost, which
 follows at once; if the glass stops next to the goal, the operator corrects the difference.
 
+With two hands, both answer new goals at once, but a correction needs the eyes on that hand's glass. The eyes look at one glass until it is
+in its goal or its correction is under way; to look at the other takes `glance` (Riek, Tresilian, Mon-Williams, Coppard & Carson 2003,
+Experimental Brain Research 153:59).
+
 The hand keeps its orientation. Fatigue, learning and care for what is in the glass are not in the model.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import NamedTuple
@@ -78,6 +83,8 @@ class Person:
     """m/s^2, the hand's largest acceleration. At 22, 0.4 m take 0.32 s at least; to a goal of 51 mm people took 0.39 s (Fitts 1954)."""
     watching: float = 0.3
     """s for which the glass must be seen stationary next to its goal before the operator corrects."""
+    glance: float = 0.2
+    """s, to look from one glass to the other."""
 
     @staticmethod
     def draw(rng: np.random.Generator) -> Person:
@@ -154,9 +161,15 @@ class Operator:
         self._offset = np.zeros(3)  # m, of the glass from the ghost at rest
         self._turn_at: float | None = None  # s, when a goal just seen is answered
         self.submovements = 0
+        self._unseen = False  # the eyes must come back to this glass
 
-    def step(self, view: View) -> Array:
-        """Where the hand is now, (3,), m, from where it gripped. view: what is shown now."""
+    @property
+    def needs_eyes(self) -> bool:
+        """A submovement is over, and its end must be looked at."""
+        return self._unseen and not self._moves
+
+    def step(self, view: View, looks: bool = True) -> Array:
+        """Where the hand is now, (3,), m, from where it gripped. view: what is shown now. looks: the eyes are on this hand's glass."""
         self._views.append(view)
         t = STEP * len(self._hands)
         while self._moves and t >= self._moves[0].start + self._moves[0].duration:
@@ -165,12 +178,12 @@ class Operator:
             self._ended = done.start + done.duration
         lag = round(self.person.visual_delay / STEP)
         if len(self._views) > lag:
-            self._decide(t, len(self._views) - 1 - lag)
+            self._decide(t, len(self._views) - 1 - lag, looks)
         hand = self._base + sum((move.at(t) for move in self._moves), np.zeros(3))
         self._hands.append(hand)
         return hand
 
-    def _decide(self, t: float, newest: int) -> None:
+    def _decide(self, t: float, newest: int, looks: bool) -> None:
         """newest: index of the newest picture that has been seen."""
         seen = self._views[newest]
         goal = seen.goal
@@ -191,9 +204,13 @@ class Operator:
         shown = t - self.person.visual_delay - self._machine
         if shown < self._ended:
             return
+        self._unseen = self._unseen and not looks
         self._missed = goal.index  # once missed, a gate is waited at
         if np.linalg.norm(goal.p - seen.target - self._offset) > 0.8 * goal.radius:
-            self._move(t, seen.target, goal)
+            if looks:
+                self._move(t, seen.target, goal)
+            else:
+                self._unseen = True  # that it is not in its goal is noticed, too, where the eyes are not
         elif np.linalg.norm(goal.p - seen.glass) > goal.radius and shown > self._ended + self.person.watching:
             before = self._views[newest - round(self.person.watching / STEP)]
             if np.linalg.norm(seen.glass - before.glass) < self.STILL:
@@ -233,3 +250,21 @@ class Operator:
         scatter += along * (rng.normal(0.0, deviation) - scatter @ along)
         self._moves.append(_Submovement(t, duration, wanted + scatter))
         self.submovements += 1
+        self._unseen = True
+
+
+class Hands:
+    """The hands of one person, for a goal each. step() as Operator's, with a view for each hand."""
+
+    def __init__(self, person: Person, scale: float, latency: float, rng: np.random.Generator, count: int) -> None:
+        self.each = [Operator(person, scale, latency, rng) for _ in range(count)]
+        self._glance = round(person.glance / STEP)
+        self._eyes = self._wait = 0  # hand that is looked at, and steps until the eyes are there
+
+    def step(self, views: Sequence[View]) -> list[Array]:
+        hands = [hand.step(view, k == self._eyes and self._wait == 0) for k, (hand, view) in enumerate(zip(self.each, views))]
+        self._wait = max(0, self._wait - 1)
+        needs = [hand.needs_eyes for hand in self.each]
+        if any(needs) and not needs[self._eyes]:
+            self._eyes, self._wait = needs.index(True), self._glance
+        return hands

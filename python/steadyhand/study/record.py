@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 from .._files import csv_of, write_whole
 from .measures import UNDEFINED, Row
 from .study_file import Study, StudyError
-from .trial import Condition, Track
+from .trial import Condition, Trial
 
 KEEP_FREE = 100e6  # bytes of free disk below which no trial starts
 
@@ -237,8 +237,9 @@ def _pose(ns: int, frame: str, p: Any, more: str = "") -> bytes:
             f'"orientation":{{"x":0,"y":0,"z":0,"w":1}}}}{more}}}').encode()  # fmt: skip
 
 
-def to_mcap(track: Track, planned: Planned, condition: Condition, study: Study) -> bytes:
+def to_mcap(trial: Trial, planned: Planned, condition: Condition, study: Study) -> bytes:
     """The trial as MCAP with JSON messages, in the topics of docs/reference/recordings.md as far as there are some, 100 times a second."""
+    tools = next(task for task in study.tasks if task.name == planned.task).tools
     from mcap.writer import CompressionType, Writer
 
     out = io.BytesIO()
@@ -253,20 +254,23 @@ def to_mcap(track: Track, planned: Planned, condition: Condition, study: Study) 
     writer.add_metadata("robot", {"json": study.robot._native.json})
     sequence = 0
     held_json = {}
-    for i, t in enumerate(track.t):
+    for i, t in enumerate(trial.track.t):
         ns = round(t * 1e9)
-        numbers = ",".join(f"{v:.6g}" for v in track.q[i]), ",".join(f"{v:.6g}" for v in track.dq[i])
-        held = held_json.setdefault(track.held_back[i], json.dumps(track.held_back[i]))
-        messages = {
-            "/operator_sample": _pose(ns, "operator", track.hand[i], ',"clutch":true,"tracked":true,"emulated":false,"lead_s":0'),
-            "/target": _pose(ns, "base", track.target[i], ',"engaged":true'),
-            "/glass": _pose(ns, "base", track.glass[i]),
-            "/joint_state": f'{{"timestamp":{_time(ns)},"q":[{numbers[0]}],"dq":[{numbers[1]}]}}'.encode(),
-            "/study": f'{{"timestamp":{_time(ns)},"goal":{track.goal[i]},"held_back":{held},"freeboard":{track.freeboard[i]:.5g},'
-                      f'"spilled_share":{track.spilled_share[i]:.6g}}}'.encode(),
-        }  # fmt: skip
-        for topic, data in messages.items():
-            writer.add_message(channels[topic], ns, data, ns, sequence)
+        for tool, track in zip(tools, [trial.track, *(each.track for each in trial.others)]):
+            numbers = ",".join(f"{v:.6g}" for v in track.q[i]), ",".join(f"{v:.6g}" for v in track.dq[i])
+            held = held_json.setdefault(track.held_back[i], json.dumps(track.held_back[i]))
+            which = f',"tool":{tool}' if tool else ""
+            messages = {
+                "/operator_sample": _pose(ns, "operator", track.hand[i], ',"clutch":true,"tracked":true,"emulated":false,"lead_s":0' + which),
+                "/target": _pose(ns, "base", track.target[i], ',"engaged":true' + which),
+                "/glass": _pose(ns, "base", track.glass[i], which),
+                "/joint_state": f'{{"timestamp":{_time(ns)},"q":[{numbers[0]}],"dq":[{numbers[1]}]}}'.encode(),
+                "/study": f'{{"timestamp":{_time(ns)},"goal":{track.goal[i]},"held_back":{held},"freeboard":{track.freeboard[i]:.5g},'
+                          f'"spilled_share":{track.spilled_share[i]:.6g}{which}}}'.encode(),
+            }  # fmt: skip
+            for topic, data in messages.items():
+                if topic != "/joint_state" or track is trial.track:
+                    writer.add_message(channels[topic], ns, data, ns, sequence)
         sequence += 1
     writer.finish()
     return out.getvalue()

@@ -211,7 +211,8 @@ def methods(results: Results) -> str:
     tasks = []
     for task in study.tasks:
         if task.kind == "targets":
-            tasks.append(f"{task.name}: {task.count} targets of {1e3 * task.width:.0f} mm on a circle of {1e3 * task.distance:.0f} mm, reached across it in turn "
+            both = " with both hands at once, each with its own circle, and the next targets shown once both were reached" if len(task.tools) > 1 else ""
+            tasks.append(f"{task.name}: {task.count} targets of {1e3 * task.width:.0f} mm on a circle of {1e3 * task.distance:.0f} mm, reached across it in turn{both} "
                          f"(ISO 9241-411); a target was reached once the glass had stayed in it for {task.dwell:g} s, which the movement time leaves out")  # fmt: skip
         elif task.kind == "gates":
             tasks.append(f"{task.name}: the glass was moved through {len(task.gates)} gates with a radius of {1e3 * task.radius:.0f} mm")

@@ -50,7 +50,7 @@ def simulate_one(study: Study, folder: Folder, planned: Planned) -> None:
     rows = measure(task, trial.reached, trial, STEP)
     if condition.profile == ONE_INSTANT_IK:
         rows = [row for row in rows if row.measure != "collisions_prevented"]  # it looks for none
-    folder.write_trial(planned, condition, rows, to_mcap(trial.track, planned, condition, study))
+    folder.write_trial(planned, condition, rows, to_mcap(trial, planned, condition, study))
 
 
 def _simulate_participant(path: str, number: int, out: str, index: int) -> None:

@@ -141,7 +141,21 @@ def _name(section: _Section, default: str | None = None) -> str:
     return name
 
 
-def _task(where: str, value: Any) -> Task:
+def _tools(section: _Section, robot: Robot) -> tuple[int, ...]:
+    """Indices of the tools that a task names, one for each hand."""
+    names = section.take("tools", [robot.tool_names[0]])
+    has = f"{robot.name} has {', '.join(robot.tool_names)}"
+    if not isinstance(names, list) or not 1 <= len(names) <= 2 or len(set(map(str, names))) != len(names):
+        raise StudyError(f"{section.at('tools')} is {_shown(names)}; it must be a list of one or two tools, each once: {has}")
+    if len(names) > robot.tool_count:
+        raise StudyError(f"{section.at('tools')} is {_shown(names)}; a task for two hands takes a robot with two tools, such as two_ur5e: {has}")
+    for i, name in enumerate(names):
+        if name not in robot.tool_names:
+            raise StudyError(f"{section.at(f'tools[{i}]')} is {_shown(name)}; it must be a tool of the robot: {has}")
+    return tuple(robot.tool_names.index(name) for name in names)
+
+
+def _task(where: str, value: Any, robot: Robot) -> Task:
     section = _Section(where, value)
     kind = section.one_of("kind", "", tuple(KINDS))
     name = _name(section, kind)
@@ -153,7 +167,8 @@ def _task(where: str, value: Any) -> Task:
         count = section.whole("count", 9, 3, 49)
         if count % 2 == 0:
             raise StudyError(f"{section.at('count')} is {count}; it must be odd, so that each reach goes across the circle")
-        task: Task = Targets(name, distance, width, count, section.number("dwell", 0.3, 0.05, 5.0, "s"), plane, timeout)
+        task: Task = Targets(name, distance, width, count, section.number("dwell", 0.3, 0.05, 5.0, "s"), plane, timeout,
+                             _tools(section, robot))  # fmt: skip
     elif kind == "gates":
         gates = tuple(_point(f"{where}: gates[{i}]", each) for i, each in enumerate(_list(section, "gates", 2)))
         task = Gates(name, gates, section.number("radius", 0.04, 0.005, 0.5, "m"), timeout)
@@ -240,7 +255,7 @@ def load_study(path: str | Path, participants: int | None = None) -> Study:
     if participants is not None:
         number = participants
     conditions, factors = _conditions(top, file)
-    tasks = tuple(_task(f"{file}: tasks[{i}]", each) for i, each in enumerate(_list(top, "tasks")))
+    tasks = tuple(_task(f"{file}: tasks[{i}]", each, robot) for i, each in enumerate(_list(top, "tasks")))
     repetitions = top.whole("repetitions", 2, 1, MOST_TRIALS)
     training = top.whole("training", 1, 0, MOST_TRIALS)
     rest = top.number("rest", 60.0, 0.0, 3600.0, "s")
@@ -311,17 +326,20 @@ def _check_profiles(study: Study) -> None:
 def _check_reach(study: Study) -> None:
     """Every goal can be held, with the glass upright and nothing touching."""
     robot = study.robot
-    home = robot.fk(robot.home)
+    home = np.array([robot.fk(robot.home, tool) for tool in range(robot.tool_count)])
     for task in study.tasks:
-        for goal in task.goals(home[:3, 3]):
-            T = home.copy()
+        for goals in zip(*(task.goals(home[tool, :3, 3]) for tool in task.tools)):
+            wanted = home.copy()
+            for tool, goal in zip(task.tools, goals):
+                wanted[tool, :3, 3] = goal.p
+            T, way = home.copy(), wanted[:, :3, 3] - home[:, :3, 3]
             # In small steps, as the arm would go there.
             q = robot.home
             for share in np.linspace(0.1, 1.0, 10):
-                T[:3, 3] = home[:3, 3] + share * (goal.p - home[:3, 3])
+                T[:, :3, 3] = home[:, :3, 3] + share * way
                 q = solve(robot, T, q, iterations=100)
-            away = float(np.linalg.norm(robot.fk(q)[:3, 3] - goal.p))
-            place = f"{study.path}: task {task.name!r}: goal {goal.index} at {np.round(goal.p - home[:3, 3], 3).tolist()} m from home"
+            away = max(float(np.linalg.norm(robot.fk(q, tool)[:3, 3] - wanted[tool, :3, 3])) for tool in task.tools)
+            place = f"{study.path}: task {task.name!r}: goal {goals[0].index} at {np.round(way[task.tools[0]], 3).tolist()} m from home"
             if away > REACH_TOLERANCE:
                 raise StudyError(f"{place} is out of the arm's reach: the tool reaches {1e3 * away:.0f} mm of it; move it nearer to home")
             if robot.clearance(q) < 0.0:

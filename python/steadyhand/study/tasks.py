@@ -1,11 +1,13 @@
 """Tasks of a participant: goals for the glass, in the base's frame, one after another.
 
-Every task has `goals(start)`: the Goals of a trial, m in the base, where start (3,) is the home position of the glass. Course follows
-the glass and selects the goal that is shown, the same for people and simulated operators.
+Every task has `goals(start)`: the Goals of a trial, m in the base, where start (3,) is the home position of the glass, and `tools`: the
+indices of the tools that do it, at the same time. Courses follows their glasses and selects the goals that are shown, the same for
+people and simulated operators.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
 
@@ -34,6 +36,8 @@ class Targets:
     """In which the circle lies: the base's axes."""
     timeout: float = 10.0
     """s for a reach, then it is missed."""
+    tools: tuple[int, ...] = (0,)
+    """Two: a circle for each, at its home, with the same order. The next targets come once both glasses have stayed in theirs."""
     kind = "targets"
 
     def goals(self, start: Array) -> list[Goal]:
@@ -69,7 +73,7 @@ class Gates:
     """m."""
     timeout: float = 10.0
     """s for a gate."""
-    kind = "gates"
+    kind, tools = "gates", (0,)
 
     def goals(self, start: Array) -> list[Goal]:
         return [Goal(k, start + p, self.radius, through=True) for k, p in enumerate(np.array(self.gates))]
@@ -95,7 +99,7 @@ class Carry:
     """s."""
     timeout: float = 10.0
     """s for a place."""
-    kind = "carry"
+    kind, tools = "carry", (0,)
 
     def goals(self, start: Array) -> list[Goal]:
         return [Goal(k, start + p, self.radius) for k, p in enumerate(np.array(self.places))]
@@ -131,13 +135,13 @@ class Reached:
 
 
 class Course:
-    """A task in progress. take() gets the position of the glass; goal and following are the goals to show."""
+    """A task in progress with one glass. take() gets the position of the glass; goal and following are the goals to show."""
 
     def __init__(self, task: Task, start: Array) -> None:
         self.task = task
         self.goals = task.goals(np.asarray(start, dtype=float))
         self.reached: list[Reached] = []
-        self._last: Array | None = None
+        self._glass: Array | None = None
         self._begin: tuple[float, Array] | None = None
         self._inside: float | None = None
 
@@ -157,31 +161,56 @@ class Course:
 
     def take(self, t: float, glass: Array) -> None:
         """The glass's centre (3,), m, at t s."""
-        goal = self.goal
-        if goal is None:
-            return
-        glass = np.array(glass, dtype=float)
-        if self._begin is None:
-            self._begin = (t, glass)
-        if goal.through:
-            if _distance(goal.p, glass if self._last is None else self._last, glass) <= goal.radius:
-                self._finish(goal, t, t, glass)
-        elif np.linalg.norm(glass - goal.p) <= goal.radius:
-            if self._inside is None:
-                self._inside = t
-            if t - self._inside >= self.task.hold(goal.index) - 1e-9:
-                self._finish(goal, self._inside, t, glass)
-        else:
-            self._inside = None
-        if self.goal is goal and t - self._begin[0] > self.task.timeout:
-            self._finish(goal, t, t, glass, missed=True)
-        self._last = glass
+        if not self.over and (self.look(t, glass) or self.late(t)):
+            self.finish(t)
 
-    def _finish(self, goal: Goal, end: float, done: float, glass: Array, missed: bool = False) -> None:
-        assert self._begin is not None
-        begin, origin = self._begin
-        self.reached.append(Reached(goal, begin, end, done, missed, glass, origin))
-        self._begin, self._inside = (done, glass), None
+    def look(self, t: float, glass: Array) -> bool:
+        """Whether the goal is reached: the glass, at (3,), m, has stayed in it, or has passed the gate."""
+        goal, last, self._glass = self.goal, self._glass, np.array(glass, dtype=float)
+        assert goal is not None
+        if self._begin is None:
+            self._begin = (t, self._glass)
+        before = last if goal.through and last is not None else self._glass
+        if _distance(goal.p, before, self._glass) > goal.radius:
+            self._inside = None
+        elif self._inside is None:
+            self._inside = t
+        return self._held(t)
+
+    def _held(self, t: float) -> bool:
+        return self._inside is not None and t - self._inside >= self.task.hold(len(self.reached)) - 1e-9
+
+    def late(self, t: float) -> bool:
+        """Whether the time for the goal is up."""
+        return self._begin is not None and t - self._begin[0] > self.task.timeout
+
+    def finish(self, t: float) -> None:
+        """The goal is done with, reached or missed."""
+        assert self._begin is not None and self.goal is not None and self._glass is not None
+        (begin, origin), held = self._begin, self._held(t)
+        end = self._inside if held and self._inside is not None else t
+        self.reached.append(Reached(self.goal, begin, end, t, not held, self._glass, origin))
+        self._begin, self._inside = (t, self._glass), None
+
+
+class Courses:
+    """A task in progress with the glass of each of its tools. New goals come for all together, once all are reached."""
+
+    def __init__(self, task: Task, starts: Sequence[Array]) -> None:
+        self.each = [Course(task, start) for start in starts]
+
+    @property
+    def over(self) -> bool:
+        return self.each[0].over
+
+    def take(self, t: float, glasses: Sequence[Array]) -> None:
+        """The glasses' centres (3,), m, at t s."""
+        if self.over:
+            return
+        reached = [course.look(t, glass) for course, glass in zip(self.each, glasses)]
+        if all(reached) or self.each[0].late(t):
+            for course in self.each:
+                course.finish(t)
 
 
 def _distance(p: Array, a: Array, b: Array) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from .._planner import Pipeline
 from .._robot import Robot
 from .._stages import Liquid
 from .one_instant_ik import OneInstantIk
-from .operator import STEP, Operator, Person, View
-from .tasks import Course, Reached, Task
+from .operator import STEP, Hands, Person, View
+from .tasks import Courses, Reached, Task
 
 CONTROL = 0.005  # s, between two samples of the command; the liquid takes smaller steps itself
 ONE_INSTANT_IK = "one-instant-ik"  # in the place of a profile's name
@@ -47,7 +48,7 @@ class Condition:
 
 @dataclass
 class Track:
-    """A trial as rows in time, every STEP. Arrays have a row for each."""
+    """A trial of one tool as rows in time, every STEP. Arrays have a row for each."""
 
     t: list[float] = field(default_factory=list)
     """s."""
@@ -71,10 +72,18 @@ class Track:
 
 @dataclass(frozen=True)
 class Trial:
+    """A trial of the first tool of its task. others: of further tools, at the same time."""
+
     track: Track
     reached: list[Reached]
     spilled_share: float
     submovements: int
+    others: tuple[Trial, ...] = ()
+
+    @staticmethod
+    def of(tracks: Sequence[Track], courses: Courses, submovements: Sequence[int]) -> Trial:
+        each = [Trial(track, course.reached, liquid_share(track), n) for track, course, n in zip(tracks, courses.each, submovements)]
+        return replace(each[0], others=tuple(each[1:]))
 
 
 class Assisted:
@@ -86,8 +95,8 @@ class Assisted:
         self.feed, self.update = stages.feed, stages.update
 
     @property
-    def target(self) -> Array:
-        return self._pipeline.target
+    def targets(self) -> Array:
+        return self._pipeline.target.reshape(-1, 4, 4)
 
     @property
     def held_back(self) -> str:
@@ -97,54 +106,57 @@ class Assisted:
 def run_trial(
     robot: Robot, condition: Condition, task: Task, person: Person, rng: np.random.Generator, rate: float = 50.0
 ) -> Trial:  # fmt: skip
-    """A simulated operator does the task. rate: Hz, of plans. The same rng gives the same trial."""
+    """A simulated operator does the task, with a hand for each of its tools. rate: Hz, of plans. The same rng gives the same trial."""
     machine = OneInstantIk(robot, condition.scale) if condition.profile == ONE_INSTANT_IK else Assisted(robot, condition, rate)
-    operator = Operator(person, condition.scale, condition.command_latency + condition.display_latency, rng)
-    liquid = Liquid()
-    start = robot.fk(robot.home)
-    course = Course(task, start[:3, 3])
-    track = Track()
-    hands: deque[tuple[float, Array]] = deque()
-    shown: deque[tuple[float, View]] = deque()
-    glass = target = start[:3, 3].copy()
-    view = View(glass, target, None)
-    step_liquid, native = liquid._native.update, robot._native  # skips the checks of input, which is valid here
+    tools = task.tools
+    operator = Hands(person, condition.scale, condition.command_latency + condition.display_latency, rng, len(tools))
+    liquids = [Liquid()._native.update for _ in tools]  # skips the checks of input, which is valid here
+    native = robot._native  # as well
+    glasses = targets = [robot.fk(robot.home, tool)[:3, 3].copy() for tool in tools]
+    courses = Courses(task, glasses)
+    tracks = [Track() for _ in tools]
+    sent: deque[tuple[float, list[Array]]] = deque()
+    shown: deque[tuple[float, list[View]]] = deque()
+    views = [View(glass, glass, None) for glass in glasses]
     T_hand = np.eye(4)
-    machine.feed(T_hand, 0.0, True)  # no latency delays the engagement: the ghost is there from the start
+    for tool in tools:
+        machine.feed(T_hand, 0.0, True, tool)  # no latency delays the engagement: the ghost is there from the start
     cycles = round(STEP / CONTROL)
     k = 0
-    while not course.over:
+    while not courses.over:
         t = k * STEP
         # The display shows a state that is display_latency old.
-        course.take(t, glass)
-        shown.append((t + condition.display_latency, View(glass, target, course.goal, course.following)))
+        courses.take(t, glasses)
+        seen = [View(glass, target, course.goal, course.following) for glass, target, course in zip(glasses, targets, courses.each)]
+        shown.append((t + condition.display_latency, seen))
         while shown and shown[0][0] <= t + 1e-9:
-            view = shown.popleft()[1]
-        hand = operator.step(view)
+            views = shown.popleft()[1]
+        hands = operator.step(views)
         # The command: behind the gate, so each sample counts as new when it comes out.
-        hands.append((t + condition.command_latency, hand))
-        while hands and hands[0][0] <= t + 1e-9:
-            due, p = hands.popleft()
-            T_hand[:3, 3] = p
-            machine.feed(T_hand, due, True)
+        sent.append((t + condition.command_latency, hands))
+        while sent and sent[0][0] <= t + 1e-9:
+            due, positions = sent.popleft()
+            for tool, p in zip(tools, positions):
+                T_hand[:3, 3] = p
+                machine.feed(T_hand, due, True, tool)
         for i in range(cycles):
             q, dq, ddq = machine.update(t + i * CONTROL)
-            state = step_liquid(CONTROL, native.local_acceleration(q, dq, ddq))
-        glass = native.fk(q)[:3, 3].copy()
-        target = machine.target[:3, 3].copy()
-        goal = course.goal
-        track.t.append(t)
-        track.hand.append(hand)
-        track.target.append(target)
-        track.glass.append(glass)
-        track.q.append(q)
-        track.dq.append(dq)
-        track.goal.append(-1 if goal is None else goal.index)
-        track.held_back.append(machine.held_back)
-        track.freeboard.append(state[2])
-        track.spilled_share.append(state[4])
+            liquid = [step(CONTROL, native.local_acceleration(q, dq, ddq, tool)) for step, tool in zip(liquids, tools)]
+        glasses = [native.fk(q, tool)[:3, 3].copy() for tool in tools]
+        targets = [machine.targets[tool, :3, 3].copy() for tool in tools]
+        for i, (track, course) in enumerate(zip(tracks, courses.each)):
+            track.t.append(t)
+            track.hand.append(hands[i])
+            track.target.append(targets[i])
+            track.glass.append(glasses[i])
+            track.q.append(q)
+            track.dq.append(dq)
+            track.goal.append(-1 if course.goal is None else course.goal.index)
+            track.held_back.append(machine.held_back)
+            track.freeboard.append(liquid[i][2])
+            track.spilled_share.append(liquid[i][4])
         k += 1
-    return Trial(track, course.reached, liquid_share(track), operator.submovements)
+    return Trial.of(tracks, courses, [hand.submovements for hand in operator.each])
 
 
 def liquid_share(track: Track) -> float:
