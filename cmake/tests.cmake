@@ -12,6 +12,9 @@ add_executable(bench_problems EXCLUDE_FROM_ALL bench/problems.cpp)
 steadyhand_cold(bench_problems)
 target_link_libraries(bench_problems PRIVATE steadyhand_config steadyhand_command_line nlohmann_json::nlohmann_json)
 target_include_directories(bench_problems PRIVATE tests)
+add_executable(bench_two_arms EXCLUDE_FROM_ALL bench/two_arms.cpp)
+steadyhand_cold(bench_two_arms)
+target_link_libraries(bench_two_arms PRIVATE steadyhand_config steadyhand_input steadyhand_pipeline steadyhand_command_line)
 add_executable(bench_stalls EXCLUDE_FROM_ALL bench/stalls.cpp)
 steadyhand_cold(bench_stalls)
 target_link_libraries(bench_stalls PRIVATE steadyhand_config steadyhand_driver steadyhand_input steadyhand_live GTest::gtest)
@@ -110,9 +113,10 @@ include(cmake/processors.cmake)
 
 # What is run under ThreadSanitizer: tests of parts with threads that ask for no speed, and the program, which the adversary
 # attacks (tests/python/test_adversary.py). Cyclone DDS is not compiled for that.
-set(threaded core supervise server console)
+set(threaded core supervise driver server console)
 set_property(TEST ${threaded} APPEND PROPERTY LABELS threads)
 if(STEADYHAND_SANITIZE MATCHES thread)
+  set_tests_properties(driver PROPERTIES ENVIRONMENT "GTEST_FILTER=TwoArms.RunOnTwoThreads")
   set_tests_properties(server PROPERTIES ENVIRONMENT "GTEST_FILTER=-ServerTest.StatesReach64*")  # within 250 ms
 endif()
 list(TRANSFORM threaded PREPEND test_)
