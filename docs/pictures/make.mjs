@@ -34,18 +34,18 @@ async function listenOnce(profile, seconds) {
   await client.evaluate(() => {
     globalThis.told = [];
     const socket = new WebSocket(`ws://${location.host}/live`);
-    socket.onopen = () => socket.send('{"type":"hello","version":2}');
+    socket.onopen = () => socket.send('{"type":"hello","version":3}');
     socket.onmessage = (event) => globalThis.told.push(JSON.parse(event.data));
   });
   await until(() => client.evaluate((s) => {
     const states = globalThis.told.filter((message) => message.type === 'state');
-    const first = states.find((message) => message.engaged);
+    const first = states.find((message) => message.tools[0].engaged);
     return first && states.at(-1).now_s > first.now_s + s + 0.1;
   }, seconds), 'the hand to have played');
   const told = await client.evaluate(() => globalThis.told);
   await context.close();
   const states = told.filter((message) => message.type === 'state');
-  const begin = states.find((message) => message.engaged).now_s;
+  const begin = states.find((message) => message.tools[0].engaged).now_s;
   return { welcome: told.find((message) => message.type === 'welcome'), states: states.filter((message) => message.now_s >= begin), begin };
 }
 
@@ -190,7 +190,7 @@ async function arm(tracking, carry) {
     const shots = [];
     for (const [i, heard] of [tracking, carry].entries()) {
       await halves[i].until(heard.begin + t);
-      const { spilled } = (await halves[i].page.evaluate(() => globalThis.steadyhand.session.state)).liquid;
+      const { spilled } = (await halves[i].page.evaluate(() => globalThis.steadyhand.session.state)).tools[0].liquid;
       const title = i === 0 ? ['Tracking', 'as close to the hand as the limits allow'] : ['Carry', 'the closest that spills nothing'];
       shots.push({ data: (await halves[i].shot()).toString('base64'), title: [...title, spilled ? 'spilled' : ''] });
     }

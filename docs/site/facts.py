@@ -206,7 +206,8 @@ def state():
     def rows(schema, prefix=""):
         for name, what, each in named(schema):
             yield [f"`{prefix}{name[1:]}", what]
-            yield from rows(each, f"{prefix}{name.split('`')[1]}.") if "properties" in each else []
+            inner = each.get("items", each)
+            yield from rows(inner, f"{prefix}{name.split('`')[1]}{'[]' * ('items' in each)}.") if "properties" in inner else []
 
     return table(["member", "meaning"], rows(protocol("server")["state"]))
 

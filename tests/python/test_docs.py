@@ -76,7 +76,7 @@ def test_facts_are_those_of_the_program(site):
         "reference/settings.html": ["glass.fill", "planner.rate", "server.max_rate"],
         "reference/commands.html": ["--hand-on-hardware", "--picture-pause S", "--unlock-protective-stop", "./steadyhand wheel"],
         "reference/included.html": ["xarm7", "wrist_3_joint", "liquid.margin", "Put the three things into the bin"],
-        "reference/protocol.html": ["takeable", "emulatedPosition", "set_up", "liquid.least_freeboard"],
+        "reference/protocol.html": ["takeable", "emulatedPosition", "set_up", "tools[].liquid.least_freeboard"],
         "reference/topics.html": ["/joint_command", "/supervision", "spilled_share", "observation.state", "next.success"],
         "reference/python.html": ["steadyhand.Planner", "steadyhand.dataset.merge", "steadyhand.policies.Simulation"],
         "reference/cpp.html": ["../cpp/classsteadyhand_1_1Pipeline.html", "../cpp/structsteadyhand_1_1Plan.html"],
