@@ -25,6 +25,7 @@ std::vector<JointRange> separate_arms(const RobotModel& model) {
 }  // namespace
 
 NewtonSystem::NewtonSystem(const Ocp& ocp) {
+  parts_.reserve(1 + kMaxTools);  // a copy would lose the memory that ModelLayout has reserved
   const auto add = [&](const JointRange& joints) {
     parts_.push_back({Riccati(joints, ocp.dof(), ocp.liquid() != nullptr, ocp.horizon(), ocp.dt()), {}, {}, {}});
     for (int i = 0; i < joints.dof; ++i) parts_.back().joints.set(joints.first + i);
