@@ -64,7 +64,7 @@ def until(client, what, condition):
             if message["type"] == "state" and condition(message):
                 return message
         client.stay()
-    raise AssertionError(f"never {what}: {client.state and (client.state['state'], client.state['reason'], client.state['leader'], client.state['controls'])}")
+    raise AssertionError(f"never {what}: {client.state and (client.state['state'], client.state['reason'], client.state['tools'], client.state['controls'])}")
 
 
 def at_rest(state):

@@ -79,6 +79,10 @@ class Hand:
         self.wants(None, is_ready)
 
 
+def gripper_of(state):
+    return (state["tools"][0]["gripper"] if state else None) or 0.0
+
+
 @pytest.mark.parametrize("kind", ["GripperCommand", "ParallelGripperCommand"])
 @pytest.mark.long
 def test_the_operator_closes_and_opens_it(domain, messages, tmp_path, kind):
@@ -88,10 +92,10 @@ def test_the_operator_closes_and_opens_it(domain, messages, tmp_path, kind):
         hand = Hand(demo)
         hand.is_ready()
         assert peer.until(lambda told: "goals" in told)["goals"] == []  # nothing moves before it is wanted
-        hand.wants(1.0, lambda state: (state.get("gripper") or 0.0) > 0.99)
+        hand.wants(1.0, lambda state: gripper_of(state) > 0.99)
         shown = peer.until(lambda told: "reached" in told.get("ends", []))
         assert shown["position"] == pytest.approx(0.8) and shown["goals"] == [[0.8, 7.0, *joint]]
-        hand.wants(0.25, lambda state: abs((state.get("gripper") or 0.0) - 0.25) < 0.01)
+        hand.wants(0.25, lambda state: abs(gripper_of(state) - 0.25) < 0.01)
         services = [("send_goal", "Request"), ("get_result", "Request"), ("cancel_goal", "Request")]
         asked = [["publishes", f"rq{ACTION}/_action/{name}{part}"] for name, part in services]
         asked += [["subscribes", f"rr{ACTION}/_action/{name}Reply"] for name in ("send_goal", "get_result")]
@@ -101,7 +105,7 @@ def test_the_operator_closes_and_opens_it(domain, messages, tmp_path, kind):
             hashes = dict(zip(topic["types"], topic["hashes"]))  # feedback is listened to as both kinds
             assert [hashes.get(kind) for kind in topic["expected_types"]] == topic["expected"] and topic["expected"], topic
         peer.ask(object_at=0.5)  # something between the fingers: gripper controllers give up then, and hold it
-        hand.wants(1.0, lambda state: abs((state.get("gripper") or 0.0) - 0.625) < 0.01)
+        hand.wants(1.0, lambda state: abs(gripper_of(state) - 0.625) < 0.01)
         peer.until(lambda told: "stalled" in told.get("ends", []))
         hand.wants(1.0, lambda state, end=time.monotonic() + 1.0: time.monotonic() > end)
         assert hand.client.state["state"] == "ready", hand.client.state
@@ -114,7 +118,7 @@ def test_one_that_rejects_gives_up_or_sleeps_stops_the_arm(domain, messages, tmp
         demo = Demo(tmp_path, *words())
         hand = Hand(demo)
         hand.is_ready()
-        hand.wants(0.5, lambda state: abs((state.get("gripper") or 0.0) - 0.5) < 0.01)
+        hand.wants(0.5, lambda state: abs(gripper_of(state) - 0.5) < 0.01)
         peer.ask(rejects=True)
         hand.wants(0.0, lambda state: state.get("state") == "fault")
         assert "rejected a goal" in hand.client.state["reason"] and ACTION in hand.client.state["reason"]

@@ -46,9 +46,12 @@ def test_the_operator_closes_and_opens_it(tmp_path):
         demo = Demo(tmp_path, *words(address, server.server_address[1]))
         client = demo.client()
         client.send(type="take")
+        def shown():
+            return (client.state["tools"][0]["gripper"] if client.state else None) or 0.0
+
         def reaches(wish, position):
             deadline = time.monotonic() + PATIENCE
-            while abs(((client.state or {}).get("gripper") or 0.0) - wish) > 0.01 or server.values["POS"] != position:
+            while abs(shown() - wish) > 0.01 or server.values["POS"] != position:
                 assert time.monotonic() < deadline, (client.state, server.values)
                 client.sample((0, 0, 0), clutch=False, gripper=wish)
                 client.messages(0.02)
