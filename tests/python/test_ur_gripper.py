@@ -46,6 +46,7 @@ def test_the_operator_closes_and_opens_it(tmp_path):
         demo = Demo(tmp_path, *words(address, server.server_address[1]))
         client = demo.client()
         client.send(type="take")
+
         def shown():
             return (client.state["tools"][0]["gripper"] if client.state else None) or 0.0
 
