@@ -91,7 +91,7 @@ _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 def _prefixes(robot: Robot) -> list[str]:
-    """What goes before the names of each tool's values: of several its name, as of LeRobot's bi_* robots."""
+    """What goes before the names of each tool's values: of several tools its name, as LeRobot's bi_* robots have it."""
     return [""] if robot.tool_count == 1 else [f"{name}_" for name in robot.tool_names]
 
 

@@ -34,7 +34,7 @@ class CompositeArm final : public Arm {
   /// Where the arm runs that does not pace the cycle.
   enum class Turns {
     kThread,    ///< on its own thread
-    kOneThread  ///< in receive(), for each of its cycles that has begun: for simulated arms, deterministic
+    kOneThread  ///< in receive(), for each of its cycles that has started: for simulated arms, deterministic
   };
 
   /// Makes each arm with its model (arm_of) and a clock. Fails as these do. Robot and clock must outlive it.

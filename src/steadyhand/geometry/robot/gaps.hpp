@@ -45,7 +45,7 @@ void for_each_solid(const RobotModel& model, const Obstacles& obstacles, const F
 }
 
 /// Calls f(solid, obstacle) for each body of the arm and each obstacle that it carries and must keep apart from it, and
-/// once for each two obstacles that different tools carry, of which the first is the solid. What is on one link may
+/// once for each two obstacles that different tools carry, of which the first is the solid. Solids on one link may
 /// touch.
 template <typename F>
 void for_each_carried_pair(const RobotModel& model, const Obstacles& obstacles, const F& f) {

@@ -120,12 +120,13 @@ void write_tool(JsonWriter& json, const std::vector<PlanStep>& steps, int t, std
   curve("lateral", Keep::kLargest, lateral_acceleration);
   curve("vertical", Keep::kSmallest, [](const ToolStep& tool) { return tool.local_acceleration.z(); });
   // Without engagement there is no tracking error; the figures exclude these steps too.
-  const auto led = [](const ToolStep& tool, double value) {
+  const auto while_engaged = [](const ToolStep& tool, double value) {
     return tool.engaged ? value : std::numeric_limits<double>::quiet_NaN();
   };
-  curve("position_error", Keep::kLargest, [&](const ToolStep& tool) { return led(tool, 1e3 * position_error(tool)); });
+  curve("position_error", Keep::kLargest,
+        [&](const ToolStep& tool) { return while_engaged(tool, 1e3 * position_error(tool)); });
   curve("orientation_error", Keep::kLargest,
-        [&](const ToolStep& tool) { return led(tool, kDegrees * orientation_error(tool)); });
+        [&](const ToolStep& tool) { return while_engaged(tool, kDegrees * orientation_error(tool)); });
 }
 
 /// Members of the first tool in place; those of others, with its metrics, in `other_tools`.

@@ -225,8 +225,8 @@ void PlanningStage::apply_settings(Time now, const JointCommand& at_start) {
   links_->taps.settings.push({now, settings});
 }
 
-/// The tools take one thing, or let go of it, while a hand moves one: they keep their pose of now, and a tool without a
-/// hand comes to rest.
+/// The tools take one thing, or release it, while a hand moves one: they keep their present pose, and a tool without a
+/// hand stops.
 void PlanningStage::change_hold(Time now, const JointCommand& at_start) {
   scaled_.arm.set_position(at_start.q);
   latch_pose_of_tools();
@@ -397,7 +397,7 @@ void PlanningStage::send_target(int tool, const Target& target) {
   links_->taps.targets.push(target);
 }
 
-/// A tool whose hand has released comes to rest by the problem while it is fast; then its joints stop straight. The
+/// A tool whose hand has released stops by the problem while it is fast; then its joints stop straight. The
 /// other tool goes on meanwhile.
 void PlanningStage::settle(const JointCommand& at_start) {
   std::bitset<kMaxJoints> given;

@@ -110,7 +110,7 @@ class PlanningStage {
     std::uint64_t engagement = 0, grip = 0;  ///< followed last
     bool following = false;
     Time resting_since{0};  ///< the end of the last following
-    bool settled = true;    ///< not following: its joints come to rest whatever others do, or stand
+    bool settled = true;    ///< not following: its joints stop independently of the other tool, or are stationary
     SloshState liquid_state = SloshState::Zero();  ///< at moved_
     std::uint64_t refills = 0;                     ///< Links::refills handled so far
   };
