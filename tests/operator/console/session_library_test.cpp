@@ -143,7 +143,7 @@ TEST(SessionLibrary, CountsSloshAndDistanceAsTheReportDoes) {
     ASSERT_TRUE(felt(from_seconds(2.00004), 90.0));  // 2.0000 s when rounded
     for (int i = 0; i < 60; ++i) {                   // each second one is too near to be drawn
       PlanStep step = one_joint_step(1.0 + i / 60.0);
-      step.engaged = i < 40;
+      step.tools[0].engaged = i < 40;
       step.tools[0].X_base_target.p.x() = i % 2 == 0 ? 0.01 : 0.03;
       ASSERT_TRUE(recorder->write(step));
     }

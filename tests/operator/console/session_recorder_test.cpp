@@ -395,7 +395,7 @@ TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
   std::size_t moved = 0;
   for (std::size_t i = 0; i < objectives.size(); ++i) {
     const PlanStep& each = recorded->steps[i];
-    if (each.status != PlanOrigin::kSolved || !each.engaged) continue;
+    if (each.status != PlanOrigin::kSolved || !each.tools[0].engaged) continue;
     ++moved;
     const double sum = std::accumulate(each.shares.begin(), each.shares.end(), 0.0);
     EXPECT_NEAR(sum, objectives[i], 1e-9 * objectives[i]) << i;
