@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "steadyhand/core/nearest.hpp"
 #include "steadyhand/files/config/open.hpp"
@@ -39,12 +40,13 @@ void read_weight(YamlMap& weights, const std::string& term, const Objectives& ob
   settings.weights[term] = values;
 }
 
-/// Gives each tool its share of the weights of terms that move it to a place.
+/// Gives each tool its share of the weights of terms that make it follow its hand: those that are limited in a stop.
 void share_out(const std::vector<double>& priority, const Objectives& objectives, Weights& weights) {
   for (const auto& objective : objectives) {
     const WeightCount& count = objective->info().weights;
     const auto found = weights.find(objective->name());
-    if (found == weights.end() || count.of != WeightCount::Of::kTool || objective->info().at_rest_max > 0.0) continue;
+    if (found == weights.end() || count.of != WeightCount::Of::kTool) continue;
+    if (!std::isfinite(objective->info().at_rest_max)) continue;
     const std::vector<double> given = found->second;
     if (given.empty()) continue;  // refused already
     found->second.clear();
